@@ -1,8 +1,28 @@
-"""Lazy exports: a package imports its modules only when their names are first used."""
+"""What is imported only when it is first used: the modules of a package, and NumPy."""
 
 from collections.abc import Callable
 from importlib import import_module
-from typing import Any
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+__all__ = ["NDArray", "lazy", "np"]
+
+
+class _Module:
+    def __init__(self, name: str) -> None:
+        self._name = name
+
+    def __getattr__(self, attribute: str) -> Any:
+        found = getattr(import_module(self._name), attribute)
+        setattr(self, attribute, found)  # The next use of the attribute is as fast as that of a module.
+        return found
+
+
+if not TYPE_CHECKING:
+    np, NDArray = _Module("numpy"), Any
 
 
 def lazy(package: str, **names: str) -> Callable[[str], Any]:

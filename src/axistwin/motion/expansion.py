@@ -7,14 +7,11 @@ multiple of 1/b: therefore the floor does not change if a float, whose error is 
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from itertools import chain, groupby
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
+from axistwin.lazy import NDArray, np
 from axistwin.motion.profile import Profile
 from axistwin.units import S
-
-if TYPE_CHECKING:
-    import numpy as np
-    from numpy.typing import NDArray
 
 Timed = tuple[int, Profile]
 """A complete move: its start in ns, and its profile, which ends."""
@@ -41,8 +38,6 @@ class _Segments(NamedTuple):
 
 def expand(moves: Sequence[Timed], out: "NDArray[np.int64]") -> None:
     """Write the times of all pulses of several moves to the array `out`.  The profile of each move must have an end."""
-    import numpy as np
-
     moves = _shared(moves)
     seen = Counter(id(profile) for _, profile in moves)
     # The pulse times of a repeated velocity profile are computed only once, and stored here.
@@ -116,7 +111,6 @@ def _one_by_one(moves: Sequence[Timed], out: "NDArray[np.int64]") -> None:
 
 def _by_arrays(moves: Sequence[Timed], out: "NDArray[np.int64]") -> None:
     """Fill `out` with pulse times by NumPy integers of at most 62 bits."""
-    import numpy as np
 
     def flat(tables: Iterable[Iterable[int]]) -> "NDArray[np.int64]":
         return np.array(list(chain.from_iterable(tables)), np.int64)
@@ -146,8 +140,6 @@ def _by_arrays(moves: Sequence[Timed], out: "NDArray[np.int64]") -> None:
 
 def _by_integers(moves: Sequence[Timed], out: "NDArray[np.int64]") -> None:
     """Fill `out` with pulse times by Python's integers, which have no limit."""
-    import numpy as np
-
     rows = []
     for origin_ns, profile in moves:
         ticks, parts = profile.ticks, profile.parts
@@ -162,8 +154,6 @@ def _by_integers(moves: Sequence[Timed], out: "NDArray[np.int64]") -> None:
 
 
 def _fill(segments: _Segments, out: "NDArray[np.int64]") -> None:
-    import numpy as np
-
     ends = np.cumsum(segments.pulses)
     firsts = ends - segments.pulses
     j, at = 0, 0

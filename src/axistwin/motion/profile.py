@@ -15,13 +15,10 @@ from collections.abc import Iterable, Sequence
 from fractions import Fraction
 from functools import lru_cache
 from math import gcd, lcm
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
+from axistwin.lazy import NDArray, np
 from axistwin.units import S
-
-if TYPE_CHECKING:
-    import numpy as np
-    from numpy.typing import NDArray
 
 BLOCK = 1 << 12
 """Smallest number of pulses that are calculated one by one before the pattern is repeated."""
@@ -175,8 +172,6 @@ class Profile:
         The period is a fraction of b nanoseconds, so after b pulses the pattern repeats a whole number of nanoseconds
         later.  One block is calculated, and the others are shifted copies of it.
         """
-        import numpy as np
-
         rate_ticks = self.rates[j] * self.ticks
         period, b = self.parts * S, rate_ticks
         common = gcd(period, b)
@@ -197,8 +192,6 @@ class Profile:
     @staticmethod
     def _fill_block(start: int, period: int, b: int, offset_ns: int, out: "NDArray[np.int64]") -> None:
         """Write evenly spaced pulse times: out[k] = (start + period * k) // b + offset_ns."""
-        import numpy as np
-
         whole, fraction = divmod(period, b)
         if fraction * MOST_BLOCK >= 1 << 62:
             out[:] = [(start + period * k) // b + offset_ns for k in range(len(out))]

@@ -7,11 +7,8 @@ is at tick `last`.  Each further interval is longer by `add` ticks.  Pulse k (fr
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
-if TYPE_CHECKING:
-    import numpy as np
-    from numpy.typing import NDArray
+from axistwin.lazy import NDArray, np
 
 MOST_COUNT = (1 << 16) - 1
 MOST_ADD = (1 << 15) - 1
@@ -33,8 +30,6 @@ class Steps:
 
     def times(self, last: int) -> "NDArray[np.int64]":
         """Return the tick of each pulse; `last` is the tick of the pulse before the command."""
-        import numpy as np
-
         k = np.arange(1, self.count + 1, dtype=np.int64)
         found: NDArray[np.int64] = last + k * self.interval + self.add * (k * (k - 1) // 2)
         return found
@@ -46,8 +41,6 @@ def plan(wanted: "NDArray[np.float64]", last: int, tolerance: float) -> Iterator
     The wanted times must rise.  `last` is the tick of the pulse before them, earlier by more than `tolerance`.  Raises
     ValueError if an interval is out of range.
     """
-    import numpy as np
-
     low, high = np.ceil(wanted - tolerance).astype(np.int64), np.floor(wanted + tolerance).astype(np.int64)
     done = 0
     while done < len(wanted):
@@ -79,8 +72,6 @@ def _longest(low: "NDArray[np.int64]", high: "NDArray[np.int64]") -> Steps:
 
 def _fit(low: "NDArray[np.int64]", high: "NDArray[np.int64]") -> Steps | None:
     """Return a command with all pulses between their ticks `low` and `high`; None if there is none."""
-    import numpy as np
-
     count = len(low)
     if count == 1:
         return Steps(min(max(1, int(low[0] + high[0]) // 2), MOST_INTERVAL), 1, 0)

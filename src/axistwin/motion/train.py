@@ -5,16 +5,12 @@ from collections import deque
 from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import groupby
-from typing import TYPE_CHECKING
 
 from axistwin.errors import UsageError
+from axistwin.lazy import NDArray, np
 from axistwin.motion.expansion import expand
 from axistwin.motion.profile import Profile
 from axistwin.units import to_seconds
-
-if TYPE_CHECKING:
-    import numpy as np
-    from numpy.typing import NDArray
 
 HISTORY = 10_000
 """Default number of moves that a train stores; earlier moves are discarded to limit memory use."""
@@ -90,8 +86,6 @@ class Train:
 
     def pulse_times(self, start_ns: int, stop_ns: int) -> "NDArray[np.int64]":
         """Return the times of all pulses with start_ns <= time < stop_ns, in order."""
-        import numpy as np
-
         earliest = self.move_at(start_ns).start_ns
         spans = [
             (move, *self._span(move, start_ns, stop_ns)) for move in self.moves if earliest <= move.start_ns < stop_ns
@@ -112,8 +106,6 @@ class Train:
 
     def pulse_runs(self, start_ns: int, stop_ns: int) -> "Iterator[tuple[int, NDArray[np.int64]]]":
         """Yield the direction and the pulse times of each move that has pulses in the given time interval."""
-        import numpy as np
-
         # If a move begins at `start_ns`, the previous move can have its last pulse at the same time.
         earliest = self.move_at(max(start_ns - 1, 0)).start_ns
         for move in self.moves:

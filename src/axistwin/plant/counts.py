@@ -4,14 +4,11 @@ from array import array
 from collections import deque
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 from axistwin.errors import UsageError
+from axistwin.lazy import NDArray, np
 from axistwin.units import to_seconds
-
-if TYPE_CHECKING:
-    import numpy as np
-    from numpy.typing import NDArray
 
 SAMPLES = 10
 """Number of stored samples with motion for each move in the option `history`."""
@@ -54,8 +51,6 @@ class _Stretch:
 
     def times(self) -> "NDArray[np.int64]":
         """Return the times of count changes; between two samples, they are evenly spaced."""
-        import numpy as np
-
         positions = np.frombuffer(self.positions, np.int64)
         steps = np.abs(np.diff(positions, prepend=self.before))
         begins = self.begin_ns + self.period_ns * np.arange(len(positions), dtype=np.int64)
@@ -95,8 +90,6 @@ class CountHistory:
         The range includes `start_ns`, but not `stop_ns`.  Raises UsageError if old changes have been discarded; the
         message suggests the option `history=larger_history`.
         """
-        import numpy as np
-
         if self.forgotten_ns is not None and start_ns <= self.forgotten_ns:
             raise UsageError(
                 f"encoder counts before {to_seconds(self.forgotten_ns):g} s are no longer stored: "

@@ -10,6 +10,7 @@ from math import inf
 from typing import TYPE_CHECKING, Any, ClassVar, Protocol
 
 from axistwin.errors import UsageError
+from axistwin.lazy import NDArray, np
 from axistwin.motion.train import HISTORY
 from axistwin.plant.counts import SAMPLES, CountHistory, Listener, Samples
 from axistwin.plant.machine_units import MachineUnits
@@ -20,9 +21,6 @@ from axistwin.sim.manual_actions import ManualAct, ManualActions, check_counts, 
 from axistwin.sim.signal import Signal
 
 if TYPE_CHECKING:
-    import numpy as np
-    from numpy.typing import NDArray
-
     from axistwin.plant.servo import ServoLoad, ServoMotor
 
 FAR = 1 << 62

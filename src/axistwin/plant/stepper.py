@@ -6,9 +6,10 @@ the machine's own state.
 
 from collections.abc import Callable, Sequence
 from contextlib import ExitStack
-from typing import TYPE_CHECKING, ClassVar
+from typing import ClassVar
 
 from axistwin.errors import UsageError, installed
+from axistwin.lazy import NDArray, np
 from axistwin.motion.profile import Profile
 from axistwin.motion.train import HISTORY, Train
 from axistwin.plant.encoder import Encoder, EncoderData
@@ -19,10 +20,6 @@ from axistwin.sim.clock import Clock
 from axistwin.sim.manual_actions import ManualAct, ManualActions, check_counts, check_torque
 from axistwin.sim.pins import SensedPin
 from axistwin.sim.signal import Signal
-
-if TYPE_CHECKING:
-    import numpy as np
-    from numpy.typing import NDArray
 
 
 class EncoderView:
@@ -239,8 +236,6 @@ class StepperAxis:
         if not installed("numpy"):
             past_ns = (max(time_ns - move.start_ns, 0) for time_ns in times_ns)
             return [at_start + move.direction * profile.pulses_by(passed) for passed in past_ns]
-        import numpy as np
-
         since_ns = np.maximum(np.asarray(times_ns, np.int64) - move.start_ns, 0)
         first, last = profile.pulses_by(int(since_ns[0])), profile.pulses_by(int(since_ns[-1]))
         pulses_ns = np.empty(last - first, np.int64)

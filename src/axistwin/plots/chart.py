@@ -2,13 +2,10 @@
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
+from axistwin.lazy import NDArray, np
 from axistwin.units import MS, S
-
-if TYPE_CHECKING:
-    import numpy as np
-    from numpy.typing import NDArray
 
 TALL, MIDDLE, LOW, FLAT = 1.15, 0.95, 0.75, 0.55
 """Heights of a panel in inches."""
@@ -125,8 +122,6 @@ def span(begin_ns: int, end_ns: int, times: Sequence[int]) -> tuple[int, int, in
 
 def held(times: "NDArray[np.int64]", values: "NDArray[Any]", from_ns: int, to_ns: int) -> Curve:
     """Return the curve of a signal between the times `from_ns` and `to_ns`."""
-    import numpy as np
-
     first = max(int(np.searchsorted(times, from_ns, "right")) - 1, 0)
     last = int(np.searchsorted(times, to_ns, "right"))
     seen = values[first:last] if last > first else values[first : first + 1]
@@ -141,8 +136,6 @@ SHORTEST_NS = 4 * MS
 
 def rate(times: "NDArray[np.int64]", values: "NDArray[np.int64]", from_ns: int, to_ns: int) -> Curve:
     """Return the velocity of an axis in pulses/s or counts/s, calculated from its positions."""
-    import numpy as np
-
     bins = max(1, min(BINS, (to_ns - from_ns) // SHORTEST_NS))
     edges = from_ns + (to_ns - from_ns) * np.arange(bins + 1, dtype=np.int64) // bins
     where = np.maximum(np.searchsorted(times, edges, "right") - 1, 0)

@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from axistwin.errors import UsageError
+from axistwin.lazy import np
 from axistwin.plots.chart import Chart, Panel, Word
 from axistwin.storage import write_file
 from axistwin.units import S
@@ -211,8 +212,6 @@ class _Picture:
             row.set_ylim(value - count, value + count)
 
     def _add_counts(self, row: "Axes", per: float, counts: str) -> None:
-        import numpy as np
-
         scales = (lambda values: np.asarray(values) * per, lambda numbers: np.asarray(numbers) / per)
         right = row.secondary_yaxis("right", functions=scales)
         right.set_ylabel(counts, fontsize=7.5, color=GREY)

@@ -5,6 +5,7 @@ from dataclasses import replace
 from itertools import count
 
 from axistwin.errors import UsageError
+from axistwin.lazy import np
 from axistwin.plant.machine_units import MachineUnits
 from axistwin.plots import chart
 from axistwin.plots.chart import BACKGROUND, FLAT, HIDDEN, LOW, TALL, Chart, Curve, Fault, Line, Panel, Word
@@ -176,8 +177,6 @@ def messages(track: Track) -> list[Word]:
 
 def difference(of: Track, less: Track, span: tuple[int, int]) -> Curve:
     """Return the difference of two signals, the first minus the second, as a curve."""
-    import numpy as np
-
     (times, values), (others, those) = of.columns(), less.columns()
     both = np.union1d(times, others)
     here = np.maximum(np.searchsorted(times, both, "right") - 1, 0)

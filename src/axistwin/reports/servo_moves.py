@@ -5,6 +5,7 @@ from dataclasses import dataclass, field
 from itertools import pairwise
 from typing import TYPE_CHECKING
 
+from axistwin.lazy import NDArray, np
 from axistwin.plant.counts import Samples
 from axistwin.plant.machine_units import MachineUnits
 from axistwin.plant.servo_axis import ServoAxis
@@ -13,8 +14,6 @@ from axistwin.units import MS, S
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    import numpy as np
-    from numpy.typing import NDArray
 
 REST_NS = 80 * MS
 """Time in ns without a change of position after which a move has ended."""
@@ -78,8 +77,6 @@ class ServoMoves:
 
     def add_samples(self, samples: Samples) -> None:
         """Detect the moves of a servo axis in new position samples."""
-        import numpy as np
-
         positions, commanded = (np.asarray(numbers, np.int64) for numbers in (samples.positions, samples.commanded))
         whole = self._with_window(samples, positions)
         before = int(commanded[0]) if self._commanded is None else self._commanded
@@ -99,8 +96,6 @@ class ServoMoves:
 
         If the previous positions are unknown, the axis is assumed to have been at rest.
         """
-        import numpy as np
-
         next_ns, before = self._latest
         if before is None or samples.start_ns != next_ns:
             before = np.full(WINDOW, self._position, np.int64)
@@ -117,8 +112,6 @@ class ServoMoves:
         commanded: "NDArray[np.int64]",
         active: "NDArray[np.int64]",
     ) -> None:
-        import numpy as np
-
         positions = whole[WINDOW:]
         # The list of commanded positions begins with the position before the first sample.
         trajectory = np.concatenate(([commanded[0] if self._commanded is None else self._commanded], commanded))
@@ -146,8 +139,6 @@ class ServoMoves:
 
         The elements are the index of the first sample, the index after the last sample, and True if a new move begins.
         """
-        import numpy as np
-
         rests = np.flatnonzero(np.diff(times[active]) > REST_NS)
         rested = not self.moves or int(times[active[0]]) - samples.period_ns - self.moves[-1].last_ns > REST_NS
         for begin, last in zip((active[0], *active[rests + 1]), (*active[rests], active[-1]), strict=True):
@@ -161,8 +152,6 @@ class ServoMoves:
 
     def _turns(self, trajectory: "NDArray[np.int64]") -> list[int]:
         """Return the indices of reversals in `trajectory`, except those of `JITTER` counts or less."""
-        import numpy as np
-
         steps = np.diff(trajectory)
         moved = np.flatnonzero(steps)
         signs = np.sign(steps[moved])

@@ -9,15 +9,11 @@ from abc import ABC, abstractmethod
 from collections import deque
 from collections.abc import Callable
 from enum import Enum
-from typing import TYPE_CHECKING
 
+from axistwin.lazy import NDArray, np
 from axistwin.standin.events import Event, Failed
 from axistwin.standin.step_stream import TOLERANCE_S
 from axistwin.standin.wiring import DrivenAxis, Wired, open_input
-
-if TYPE_CHECKING:
-    import numpy as np
-    from numpy.typing import NDArray
 
 
 class State(Enum):

@@ -1,9 +1,10 @@
 """A motion board with Klipper's firmware: its configuration, its step commands, its inputs; without input or output."""
 
 from collections.abc import Callable, Generator, Mapping
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from axistwin.errors import LinkError
+from axistwin.lazy import NDArray, np
 from axistwin.standin.board import Board, State
 from axistwin.standin.channel import RECEIVE_WINDOW
 from axistwin.standin.clock_fit import WORST_S
@@ -13,10 +14,6 @@ from axistwin.standin.events import InputChanged, Ready, Stopped
 from axistwin.standin.step_stream import LEAD_S, Motor, StepStream
 from axistwin.standin.timetable import Timetable
 from axistwin.standin.wiring import DrivenAxis, InputPin, Objects, Wiring, objects
-
-if TYPE_CHECKING:
-    import numpy as np
-    from numpy.typing import NDArray
 
 IDENTIFY_BYTES = 40
 MOST_FITS, FIT_SAMPLES = 4, 100

@@ -2,17 +2,13 @@
 
 from collections.abc import Callable, Iterator
 from math import floor
-from typing import TYPE_CHECKING
 
+from axistwin.lazy import NDArray, np
 from axistwin.plant.counts import Samples
 from axistwin.plant.servo_axis import ServoAxis
 from axistwin.plant.stepper import StepperAxis
 from axistwin.standin.step_stream import TOLERANCE_S
 from axistwin.units import MS, S
-
-if TYPE_CHECKING:
-    import numpy as np
-    from numpy.typing import NDArray
 
 MARK_NS = 5 * MS
 """Interval at which the position of a servo motor becomes pulses: its samples alone would be an uneven pulse train."""
@@ -84,8 +80,6 @@ class Counts:
 
         The time is at most a fixed fraction of the shortest time between two pulses in `times`.
         """
-        import numpy as np
-
         return min(MOST_TOLERANCE_S, int(np.diff(times).min(initial=S)) / S / TOLERANCE_PARTS)
 
     def runs(self) -> Iterator[Run]:
@@ -93,8 +87,6 @@ class Counts:
 
         New pulses are the pulses since the previous call of this method.  The runs are in order of time.
         """
-        import numpy as np
-
         self._axis.catch_up()
         marks = np.arange(self._mark_ns + MARK_NS, self._axis.clock.now - MARK_NS // 2 + 1, MARK_NS, dtype=np.int64)
         if not len(marks):
@@ -117,8 +109,6 @@ class Counts:
         The position is the average over `MARK_NS` (5 ms), with the given time in the middle.  Encoder samples before
         the last of these times are then discarded.
         """
-        import numpy as np
-
         samples, half = self._samples, MARK_NS // 2
         ends = np.append(marks - half, marks[-1] + half)
         begin = int(ends[0])
@@ -138,8 +128,6 @@ class Counts:
         The pulses lie between the time of the previous call and the time `mark`.  `smooth` is the smoothed position at
         the time `mark`.  All times are in nanoseconds.
         """
-        import numpy as np
-
         first, since = self._smooth, self._mark_ns
         self._smooth, self._mark_ns = smooth, mark
         direction = 1 if smooth > first else -1

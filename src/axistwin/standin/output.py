@@ -3,15 +3,12 @@
 from abc import ABC, abstractmethod
 from collections.abc import Callable
 from threading import Lock
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
+from axistwin.lazy import NDArray, np
 from axistwin.standin.board import Board
 from axistwin.standin.events import Event
 from axistwin.standin.step_stream import TOLERANCE_S
-
-if TYPE_CHECKING:
-    import numpy as np
-    from numpy.typing import NDArray
 
 Deliver = Callable[["Output", Event], None]
 

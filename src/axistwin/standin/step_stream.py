@@ -4,15 +4,11 @@ from collections import deque
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 from heapq import heappop, heappush
-from typing import TYPE_CHECKING
 
+from axistwin.lazy import NDArray, np
 from axistwin.motion.step_queue import Steps, plan
 from axistwin.standin.connection import Connection
 from axistwin.standin.wiring import AxisPins
-
-if TYPE_CHECKING:
-    import numpy as np
-    from numpy.typing import NDArray
 
 TOLERANCE_S = 0.5e-6
 """Largest difference in seconds between the planned time and the requested time of a pulse of a step output."""
@@ -43,8 +39,6 @@ class Motor:
 
     def refusal(self, direction: int, wanted: "NDArray[np.float64]", hz: float) -> str:
         """Return an error message if pulses at these ticks would exceed a limit of the axis, else ""."""
-        import numpy as np
-
         gaps = np.diff(wanted, prepend=self.last if self.last is not None else -np.inf)
         rate = hz / max(float(gaps.min()), 1e-9)
         return self.pins.refusal(rate, self.position + direction * len(wanted))

@@ -5,17 +5,13 @@ stored until a trace is written.
 """
 
 from collections.abc import Iterator, Mapping
-from typing import TYPE_CHECKING
 
+from axistwin.lazy import NDArray, np
 from axistwin.motion.train import Move, Train
 from axistwin.plant.counts import Samples
 from axistwin.plant.servo_axis import ServoAxis
 from axistwin.traces.batch import Part, Rows
 from axistwin.units import S
-
-if TYPE_CHECKING:
-    import numpy as np
-    from numpy.typing import NDArray
 
 STEP_NS = 250
 """Width of a step pulse in a trace: less than half the shortest period of all controllers."""
@@ -58,8 +54,6 @@ class StepperTrace:
         return found
 
     def _part(self, name: str, changes: list[tuple[int, float]]) -> Part:
-        import numpy as np
-
         times = np.array([time_ns for time_ns, _ in changes], np.int64)
         values = [value for _, value in changes]
         exact = np.array(values, float).view(np.int64) if name == "velocity" else np.array(values, np.int64)
@@ -83,8 +77,6 @@ class StepperTrace:
                 yield time_ns, rate
 
     def _pulses(self, moves: list[tuple[Move, int, int]], before_ns: int) -> list[Part]:
-        import numpy as np
-
         times, places = [], []
         for move, first, last in moves:
             times.append(self._pulse_times(move, first, last))
@@ -99,8 +91,6 @@ class StepperTrace:
 
     def _pulse_times(self, move: Move, first: int, last: int) -> "NDArray[np.int64]":
         """Return the times of pulses `first` to `last`.  Times are cached, because machines repeat their moves."""
-        import numpy as np
-
         profile, start_ns = move.profile, move.start_ns
         if profile.pulses is None or profile.pulses > MOST_CACHED_PULSES:
             at = np.empty(last - first + 1, np.int64)
@@ -117,8 +107,6 @@ class StepperTrace:
         return cached[first - 1 : last] + start_ns
 
     def _steps(self, rises: "NDArray[np.int64]", before_ns: int) -> Part:
-        import numpy as np
-
         falls = np.concatenate((*self._falls, rises + STEP_NS))
         due = int(np.searchsorted(falls, before_ns))
         self._falls, falls = [falls[due:]], falls[:due]
@@ -169,8 +157,6 @@ class ServoTrace:
 
     def add_samples(self, samples: Samples) -> None:
         """Store a block of samples."""
-        import numpy as np
-
         times = samples.start_ns + samples.period_ns * np.arange(len(samples), dtype=np.int64)
         self.rows.add(times, samples.positions, samples.commanded)
 
@@ -187,8 +173,6 @@ class ServoTrace:
 
     def present(self, now_ns: int) -> list[Part]:
         """Return the present values that differ from the last sample, because a command has changed them since."""
-        import numpy as np
-
         values = {"position": self.axis.position, "commanded": self.axis.setpoint}
         changed = {name: value for name in self._places if (value := values[name]) != self._last[name]}
         self._last |= changed
@@ -196,8 +180,6 @@ class ServoTrace:
         return [Part(self._places[name], at, np.array([value], np.int64)) for name, value in changed.items()]
 
     def _part(self, name: str, times: "NDArray[np.int64]", values: "NDArray[np.int64]") -> Part:
-        import numpy as np
-
         changed = np.diff(values, prepend=self._last[name]) != 0
         self._last[name] = int(values[-1])
         return Part(self._places[name], times[changed], values[changed])

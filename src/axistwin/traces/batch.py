@@ -2,13 +2,10 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
+from axistwin.lazy import NDArray, np
 from axistwin.traces.signals import REAL, TEXT, Signal
-
-if TYPE_CHECKING:
-    import numpy as np
-    from numpy.typing import NDArray
 
 Value = int | float | bytes
 
@@ -42,8 +39,6 @@ class Batch:
 
         Changes with equal times stay in one part.  If all changes have the same time, return the number of changes.
         """
-        import numpy as np
-
         half_ns = self.times[len(self) // 2]
         return int(np.searchsorted(self.times, half_ns) or np.searchsorted(self.times, half_ns, side="right"))
 
@@ -77,8 +72,6 @@ class ChangeQueue:
         return found
 
     def _part(self, signal: int, changes: list[tuple[int, Value]], texts: list[bytes]) -> Part:
-        import numpy as np
-
         times, given = zip(*changes, strict=True)
         kind = self._signals[signal].kind
         if kind == TEXT:
@@ -99,15 +92,11 @@ class Rows:
 
     def add(self, *columns: "Sequence[int] | NDArray[np.int64]") -> None:
         """Append rows."""
-        import numpy as np
-
         self._blocks.append(tuple(np.asarray(column, np.int64) for column in columns))
         self.waiting += len(columns[0])
 
     def take(self, before_ns: int) -> "list[NDArray[np.int64]]":
         """Remove and return the rows before `before_ns`."""
-        import numpy as np
-
         if not self._blocks:
             return [np.empty(0, np.int64)] * self._columns
         columns = [np.concatenate(column) for column in zip(*self._blocks, strict=True)]
@@ -119,8 +108,6 @@ class Rows:
 
 def merged(parts: Sequence[Part], texts: Sequence[bytes]) -> Batch:
     """Merge the changes of all signals into one batch in order of time."""
-    import numpy as np
-
     parts = sorted((part for part in parts if len(part.times)), key=lambda part: part.signal)
     if not parts:
         nothing = np.empty(0, np.int64)

@@ -5,13 +5,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from axistwin.lazy import NDArray, np
 from axistwin.traces.reading import Trace, Track
 from axistwin.traces.signals import EVERYTHING, STEP, TEXT, Signal, choose
 
 if TYPE_CHECKING:
-    import numpy as np
-    from numpy.typing import NDArray
-
     Places = NDArray[np.int64]
 
 Value = int | float | str
@@ -104,8 +102,6 @@ def _first_unmatched(this: Track, that: Track, until_ns: int, tolerance: Toleran
 
     It is sufficient to check the times of changes of `this`, and of changes of `that` shifted by the tolerance.
     """
-    import numpy as np
-
     most_ns, begin_ns = tolerance.time_ns, max(this.times[0], that.times[0])
     times, others = np.array(this.times, np.int64), np.array(that.times, np.int64)
     moments = np.unique(np.concatenate((times, others + most_ns, others - most_ns, [begin_ns])))
@@ -123,8 +119,6 @@ def _unmatched(
     this: Track, that: Track, here: "Places", first: "Places", last: "Places", most: float
 ) -> "NDArray[np.bool_]":
     """Return True for each value of `this` (index `here`) that is not among values `first` to `last` of `that`."""
-    import numpy as np
-
     if TEXT in (this.kind, that.kind):
         places = zip(here.tolist(), first.tolist(), last.tolist(), strict=True)
         return np.array([str(this.values[n]) not in map(str, that.values[a:b]) for n, a, b in places], bool)

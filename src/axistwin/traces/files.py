@@ -6,17 +6,14 @@ file holds its provenance (`provenance.py`), as comments or as Parquet metadata.
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Protocol
+from typing import Protocol
 
 from axistwin.bench.codec import CHARACTERS
 from axistwin.errors import UsageError
+from axistwin.lazy import NDArray, np
 from axistwin.traces.batch import Batch, Value
 from axistwin.traces.output import Output, Provenance
 from axistwin.traces.signals import COUNT, LEVEL, REAL, STEP, TEXT, Signal
-
-if TYPE_CHECKING:
-    import numpy as np
-    from numpy.typing import NDArray
 
 ALL_BITS = 0xFFFF_FFFF_FFFF_FFFF
 WAVES, SIGROK = ".vcd", ".sigrok.vcd"
@@ -93,8 +90,6 @@ class VcdSink(TextSink):
 
     def write(self, batch: Batch) -> None:
         """Write each time, followed by the changes at that time."""
-        import numpy as np
-
         lines = self._changes(batch)
         new = np.flatnonzero(np.diff(batch.times, prepend=self._last_ns))
         for at, time_ns in zip(new.tolist(), batch.times[new].tolist(), strict=True):
@@ -105,8 +100,6 @@ class VcdSink(TextSink):
 
     def _changes(self, batch: Batch) -> list[str]:
         """Convert each change to a line; those of levels, which are the most, are built in advance."""
-        import numpy as np
-
         values, signals = batch.values, batch.signals
         levels = np.array([signal.kind in (LEVEL, STEP) for signal in self._signals], bool)[signals]
         known = np.array([f"{level}{identifier}" for identifier in self._ids for level in (0, 1)], object)
@@ -179,8 +172,6 @@ def decoded(
     show: Callable[[Value], float | str],
 ) -> list[float | str]:
     """Convert stored integers to values; `show` formats floating-point numbers and texts."""
-    import numpy as np
-
     found: list[float | str] = values.tolist()
     kinds = np.array([{REAL: 1, TEXT: 2}.get(signal.kind, 0) for signal in known], np.int64)[signals]
     for at in np.flatnonzero(kinds == 1).tolist():

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from axistwin.bench import Bench
 from axistwin.bench.codec import CHARACTERS
+from axistwin.lazy import NDArray, np
 from axistwin.traces.batch import Part, Value
 from axistwin.traces.provenance import provenance
 from axistwin.traces.reading import FLOAT, WHOLE, Trace, Track
@@ -15,9 +16,6 @@ from axistwin.traces.signals import DEFAULT, REAL, STEP, TEXT, Signal, catalogue
 from axistwin.traces.trace import Tracer
 
 if TYPE_CHECKING:
-    import numpy as np
-    from numpy.typing import NDArray
-
     Changes = tuple[NDArray[np.int64], NDArray[Any]]
 
 POINTS = 1 << 17
@@ -81,8 +79,6 @@ class _Changes:
         self.count += len(part.times)
 
     def joined(self) -> "Changes":
-        import numpy as np
-
         kind = {TEXT: object, REAL: float}.get(self.signal.kind, np.int64)
         times = np.concatenate([np.asarray(block, np.int64) for block, _ in self._blocks])
         return times, np.concatenate([np.asarray(block, kind) for _, block in self._blocks])
@@ -103,8 +99,6 @@ class _Changes:
 
 def _reduce(signals: Sequence[_Changes]) -> None:
     """Reduce a signal, or position and commanded position of a servo so that the extremes of their error are kept."""
-    import numpy as np
-
     columns = [changes.joined() for changes in signals]
     if signals[0].signal.kind == TEXT:
         signals[0].replace(*(column[-POINTS:] for column in columns[0]))
@@ -117,8 +111,6 @@ def _reduce(signals: Sequence[_Changes]) -> None:
 
 
 def _extremes(values: "NDArray[Any]") -> "NDArray[np.int64]":
-    import numpy as np
-
     whole = len(values) // 4 * 4
     groups = values[:whole].reshape(-1, 4)
     least, most = groups.argmin(axis=1), groups.argmax(axis=1)

@@ -16,15 +16,14 @@ from typing import TYPE_CHECKING, Any
 
 from axistwin.bench.codec import CHARACTERS
 from axistwin.errors import require
+from axistwin.lazy import NDArray, np
 from axistwin.traces.batch import Batch, ChangeQueue, Value, merged
 from axistwin.traces.files import units
 from axistwin.traces.output import Output, Provenance
 from axistwin.traces.signals import REAL, TEXT, Signal
 
 if TYPE_CHECKING:
-    import numpy as np
     import pyarrow as pa
-    from numpy.typing import NDArray
 
 MAGIC = b"PAR1"
 TAIL = 8
@@ -116,8 +115,6 @@ class ParquetSink:
 
     def end(self, now_ns: int) -> None:
         """Write the end time of the trace as the last row."""
-        import numpy as np
-
         self.write(Batch(np.array([now_ns]), np.array([len(self._signals)]), np.array([0]), ()))
         self.flush()
 
@@ -126,7 +123,6 @@ class ParquetSink:
         return min(MOST, GROUP << self._groups // GROWS_AFTER)
 
     def _table(self, batch: Batch) -> "pa.Table":
-        import numpy as np
         import pyarrow as pa
 
         signals, values = batch.signals, batch.values

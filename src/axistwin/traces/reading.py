@@ -6,18 +6,15 @@ from array import array
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from axistwin.bench.codec import CHARACTERS
 from axistwin.errors import ProgramError, TraceError, UsageError
+from axistwin.lazy import NDArray, np
 from axistwin.numbers import NumberError, clipped, real, shortened, whole
 from axistwin.traces.files import ALL_BITS
 from axistwin.traces.signals import COUNT, LEVEL, REAL, STEP, TEXT, choose
 from axistwin.traces.signals import Signal as SignalName
-
-if TYPE_CHECKING:
-    import numpy as np
-    from numpy.typing import NDArray
 
 FLOAT = "d"
 WHOLE = "q"
@@ -48,8 +45,6 @@ class Track:
 
     def columns(self) -> "tuple[NDArray[np.int64], NDArray[Any]]":
         """Return the times and the values of a numeric signal as arrays."""
-        import numpy as np
-
         values = np.array(self.values, float if self.kind == REAL else np.int64)
         return np.array(self.times, np.int64), values
 
@@ -97,8 +92,6 @@ def _trace(path: Path, tracks: Mapping[str, Track], about: dict[str, str], end_n
 
 
 def _check_order(path: Path, track: Track) -> None:
-    import numpy as np
-
     times, signal_name = np.array(track.times, np.int64), track.name
     if len(times) and (times[0] < 0 or (times[1:] < times[:-1]).any()):
         raise TraceError(
@@ -277,7 +270,6 @@ def _parquet(path: Path) -> Trace:
     from axistwin.traces.parquet import SIGNALS, UNITS, require_pyarrow
 
     require_pyarrow()
-    import numpy as np
     import pyarrow as pa
     import pyarrow.compute as pc
 

@@ -1,14 +1,10 @@
 """Trace registers: poll them at each event, or receive their changes from the controller."""
 
 from collections.abc import Callable, Mapping, Sequence
-from typing import TYPE_CHECKING
 
 from axistwin.controllers.product import Register
+from axistwin.lazy import NDArray, np
 from axistwin.traces.batch import Part, Rows, Value
-
-if TYPE_CHECKING:
-    import numpy as np
-    from numpy.typing import NDArray
 
 
 def written(value: int | str) -> Value:
@@ -40,8 +36,6 @@ class ReportedRegisters:
 
     def parts(self, _since_ns: int, before_ns: int) -> list[Part]:
         """Remove and return the changes of each register before `before_ns`."""
-        import numpy as np
-
         times, which, values = self.rows.take(before_ns)
         if not len(times):
             return []
@@ -52,8 +46,6 @@ class ReportedRegisters:
         return [self._part(n, times[order[begin:end]], values[order[begin:end]]) for n, begin, end in spans]
 
     def _part(self, n: int, times: "NDArray[np.int64]", values: "NDArray[np.int64]") -> Part:
-        import numpy as np
-
         changed = np.diff(values, prepend=self._known[n]) != 0
         self._known[n] = int(values[-1])
         return Part(self._places[n], times[changed], values[changed])

@@ -5,17 +5,14 @@ output: `commands` go to the component, and `receive` takes the component's repo
 from collections import deque
 from collections.abc import Callable, Mapping
 from math import ceil
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
+from axistwin.lazy import NDArray, np
 from axistwin.standin.board import Board, State
 from axistwin.standin.events import InputChanged, Ready, Stopped
 from axistwin.standin.hal.track import DELAY_S, Track
 from axistwin.standin.hal.wiring import HalWiring
 from axistwin.standin.wiring import DrivenAxis
-
-if TYPE_CHECKING:
-    import numpy as np
-    from numpy.typing import NDArray
 
 
 class HalBoard(Board):
@@ -121,8 +118,6 @@ class HalBoard(Board):
     # Pulses and outputs
 
     def _add(self, driven: DrivenAxis, direction: int, times_s: "NDArray[np.float64]", tolerance_s: float) -> str:  # noqa: ARG002
-        import numpy as np
-
         track = self._tracks[driven.axis]
         late_s = track.calculated_s - float(times_s[0])
         if late_s > 0:

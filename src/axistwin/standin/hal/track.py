@@ -1,10 +1,6 @@
 """Pulses as a continuous position: the axis moves along a line through its pulses."""
 
-from typing import TYPE_CHECKING
-
-if TYPE_CHECKING:
-    import numpy as np
-    from numpy.typing import NDArray
+from axistwin.lazy import NDArray, np
 
 STEP_S = 0.001
 """Interval between two knots of the line."""
@@ -18,8 +14,6 @@ class Track:
     """The line of one axis; `position`: net pulses.  Times are in seconds."""
 
     def __init__(self, position: int = 0) -> None:
-        import numpy as np
-
         self.position, self.last_s = position, -np.inf
         """Net pulses, and time of the last pulse."""
         self._times: NDArray[np.float64] = np.empty(0)
@@ -34,8 +28,6 @@ class Track:
 
     def add(self, direction: int, times: "NDArray[np.float64]") -> None:
         """Append pulses at times in seconds; the direction is +1 or -1."""
-        import numpy as np
-
         positions = self.position + direction * np.arange(1.0, len(times) + 1)
         slow = np.flatnonzero(np.diff(times, prepend=self.last_s) > SLOW_S)
         self._times = np.concatenate([self._times, np.insert(times, slow, times[slow] - SLOW_S)])
@@ -44,8 +36,6 @@ class Track:
 
     def knots(self, until_s: float) -> list[tuple[float, float]]:
         """Return the next knots; [] without motion.  All pulses before `until_s` have been added."""
-        import numpy as np
-
         end = int((until_s - DELAY_S) // STEP_S)
         first = end if self._next is None else self._next
         if end < first:
