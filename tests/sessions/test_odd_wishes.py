@@ -11,7 +11,7 @@ from axistwin import Bench, Session
 from axistwin.cli import axistwin
 from axistwin.errors import AxistwinError, UsageError
 
-from .driving import Traced, drive, rows
+from .driving import Traced, rows
 
 
 def two() -> Bench:
@@ -45,33 +45,27 @@ def run_again(session: Session, directory: Path) -> list[str]:
         ],
     ],
 )
-def test_a_fault_is_mended_by_its_name_in_the_saved_scene_too(acts, tmp_path):
-    async def main():
-        session = Session(two)
-        traced = Traced(session, tmp_path)
-        session.run()
-        for act in acts:
-            await asyncio.sleep(0.5)
-            session.do(*act)
-        session.pause()
-        assert run_again(session, tmp_path) == traced.rows()
-
-    drive(main())
-
-
-def test_a_fault_begun_together_with_something_else_is_mended_by_its_name_later(tmp_path):
-    async def main():
-        session = Session(two)
-        traced = Traced(session, tmp_path)
-        session.say("a", b"(")
-        session.do("a", "fault", "lose 200 name=gap")
-        session.run()
+async def test_a_fault_is_mended_by_its_name_in_the_saved_scene_too(acts, tmp_path):
+    session = Session(two)
+    traced = Traced(session, tmp_path)
+    session.run()
+    for act in acts:
         await asyncio.sleep(0.5)
-        session.do("a", "mend", "gap")
-        session.pause()
-        assert run_again(session, tmp_path) == traced.rows()
+        session.do(*act)
+    session.pause()
+    assert run_again(session, tmp_path) == traced.rows()
 
-    drive(main())
+
+async def test_a_fault_begun_together_with_something_else_is_mended_by_its_name_later(tmp_path):
+    session = Session(two)
+    traced = Traced(session, tmp_path)
+    session.say("a", b"(")
+    session.do("a", "fault", "lose 200 name=gap")
+    session.run()
+    await asyncio.sleep(0.5)
+    session.do("a", "mend", "gap")
+    session.pause()
+    assert run_again(session, tmp_path) == traced.rows()
 
 
 @pytest.mark.parametrize(("said", "why"), [(b"", "the command is missing"), (b"\x84" * 17, "at most 16 bytes")])
@@ -103,59 +97,50 @@ def test_a_break_can_be_removed_twice():
     assert session.breaks == [other]
 
 
-def test_on_the_way_nothing_is_forgotten_and_no_break_is_added():
-    async def main():
-        session = Session(two, 1000.0)
-        session.run()
-        await asyncio.sleep(1)
-        session.say("a", b"(")
-        session.pause()
-        recorded_s = session.recorded_seconds
-        on_the_way = asyncio.ensure_future(session.go_to(recorded_s / 2))
-        await asyncio.sleep(0)
-        for wish in (session.forget_rest, lambda: session.add_break("a.input1 rises")):
-            with pytest.raises(UsageError, match="wait until the method `step`"):
-                wish()
+async def test_on_the_way_nothing_is_forgotten_and_no_break_is_added():
+    session = Session(two, 1000.0)
+    session.run()
+    await asyncio.sleep(1)
+    session.say("a", b"(")
+    session.pause()
+    recorded_s = session.recorded_seconds
+    on_the_way = asyncio.ensure_future(session.go_to(recorded_s / 2))
+    await asyncio.sleep(0)
+    for wish in (session.forget_rest, lambda: session.add_break("a.input1 rises")):
+        with pytest.raises(UsageError, match="wait until the method `step`"):
+            wish()
+    await on_the_way
+    assert session.repeating
+    assert session.recorded_seconds == recorded_s
+
+
+async def test_who_gives_up_on_the_way_finds_the_breaks_armed():
+    session = Session(two, 1000.0)
+    session.run()
+    await asyncio.sleep(1)
+    added = session.add_break("a.input1 rises")
+    on_the_way = asyncio.ensure_future(session.go_to(1))
+    await asyncio.sleep(0)
+    on_the_way.cancel()
+    with pytest.raises(asyncio.CancelledError):
         await on_the_way
-        assert session.repeating
-        assert session.recorded_seconds == recorded_s
-
-    drive(main())
+    session.do("a", "input1", "high")
+    assert added.hits == 1
 
 
-def test_who_gives_up_on_the_way_finds_the_breaks_armed():
-    async def main():
-        session = Session(two, 1000.0)
-        session.run()
-        await asyncio.sleep(1)
-        added = session.add_break("a.input1 rises")
-        on_the_way = asyncio.ensure_future(session.go_to(1))
-        await asyncio.sleep(0)
-        on_the_way.cancel()
-        with pytest.raises(asyncio.CancelledError):
-            await on_the_way
-        session.do("a", "input1", "high")
-        assert added.hits == 1
-
-    drive(main())
-
-
-def test_where_memory_cannot_be_put_back_hosts_are_heard_as_before(tmp_path):
+async def test_where_memory_cannot_be_put_back_hosts_are_heard_as_before(tmp_path):
     def build() -> Bench:
         bench = Bench()
         bench.add("if2", state=tmp_path / "state")
         return bench
 
-    async def main():
-        session = Session(build)
-        server = session.serve()
-        session.run()
-        await asyncio.sleep(1)
-        shutil.rmtree(tmp_path / "state")
-        (tmp_path / "state").write_text("no directory any more")
-        with pytest.raises(AxistwinError, match=r"cannot remove .*if2\.json: not a directory"):
-            await session.go_to(0)
-        assert not server.gate.closed
-        assert not session.busy
-
-    drive(main())
+    session = Session(build)
+    server = session.serve()
+    session.run()
+    await asyncio.sleep(1)
+    shutil.rmtree(tmp_path / "state")
+    (tmp_path / "state").write_text("no directory any more")
+    with pytest.raises(AxistwinError, match=r"cannot remove .*if2\.json: not a directory"):
+        await session.go_to(0)
+    assert not server.gate.closed
+    assert not session.busy

@@ -10,7 +10,7 @@ from axistwin import Bench, Scene, Session
 from axistwin.cli import axistwin
 from axistwin.scenes import rank_of
 
-from .driving import Traced, drive, rows
+from .driving import Traced, rows
 
 SCENE = """\
 [[controller]]
@@ -60,78 +60,66 @@ def run_again(directory: Path, seconds: float) -> list[str]:
     return rows(trace)
 
 
-def test_they_are_as_they_were_when_the_session_began(tmp_path):
-    async def main():
-        scene = scene_in(tmp_path / "scene")
-        session = Session(scene.build, scene=scene)
-        (tmp_path / "scene" / "first.if1").write_text("Y70$\n")
-        (tmp_path / "scene" / "next.if1").unlink()
-        traced = Traced(session, tmp_path)
-        await wait(session, 8)
-        save(session, tmp_path / "saved")
-        assert run_again(tmp_path / "saved", session.seconds) == traced.rows()
-
-    drive(main())
+async def test_they_are_as_they_were_when_the_session_began(tmp_path):
+    scene = scene_in(tmp_path / "scene")
+    session = Session(scene.build, scene=scene)
+    (tmp_path / "scene" / "first.if1").write_text("Y70$\n")
+    (tmp_path / "scene" / "next.if1").unlink()
+    traced = Traced(session, tmp_path)
+    await wait(session, 8)
+    save(session, tmp_path / "saved")
+    assert run_again(tmp_path / "saved", session.seconds) == traced.rows()
 
 
-def test_what_has_been_saved_is_loaded_into_and_saved_again(tmp_path):
-    async def main():
-        scene = scene_in(tmp_path / "scene")
-        session = Session(scene.build, scene=scene)
-        await wait(session, 5)
-        session.load("if1", "next.if1", "X30$\n")
-        save(session, tmp_path / "once")
-        again = Scene.load(tmp_path / "once" / "scene.toml")
-        session = Session(again.build, scene=again)
-        traced = Traced(session, tmp_path)
-        await wait(session, 6)  # the host that sends X30 is still busy
-        session.load("if1", "next.if1", "Y40$\n")
-        await wait(session, 4)
-        save(session, tmp_path / "twice")
-        assert run_again(tmp_path / "twice", session.seconds) == traced.rows()
-        texts = {path.read_text() for path in (tmp_path / "twice").glob("*.if1")}
-        assert texts == {"X10$\n", "X20$\n", "X30$\n", "Y40$\n"}
-
-    drive(main())
+async def test_what_has_been_saved_is_loaded_into_and_saved_again(tmp_path):
+    scene = scene_in(tmp_path / "scene")
+    session = Session(scene.build, scene=scene)
+    await wait(session, 5)
+    session.load("if1", "next.if1", "X30$\n")
+    save(session, tmp_path / "once")
+    again = Scene.load(tmp_path / "once" / "scene.toml")
+    session = Session(again.build, scene=again)
+    traced = Traced(session, tmp_path)
+    await wait(session, 6)  # the host that sends X30 is still busy
+    session.load("if1", "next.if1", "Y40$\n")
+    await wait(session, 4)
+    save(session, tmp_path / "twice")
+    assert run_again(tmp_path / "twice", session.seconds) == traced.rows()
+    texts = {path.read_text() for path in (tmp_path / "twice").glob("*.if1")}
+    assert texts == {"X10$\n", "X20$\n", "X30$\n", "Y40$\n"}
 
 
-def test_a_board_has_one_host_also_when_people_go_on_where_a_saved_one_has_ended(tmp_path):
-    async def main():
-        session = Session(board)
-        await wait(session, 1)
-        session.say("1811", b"\x84")
-        await wait(session, 0.5)
-        save(session, tmp_path / "once")
-        again = Scene.load(tmp_path / "once" / "scene.toml")
-        session = Session(again.build, scene=again)
-        traced = Traced(session, tmp_path)
-        await wait(session, 2)
-        for act in (("write", "0 84"), ("write", "1 10")):
-            session.do("1811", *act)  # direct access to the registers: the message is not read
-        await wait(session, 0.5)
-        assert session.bench["1811"].bus.status & MESSAGE_READY
-        save(session, tmp_path / "twice")
-        assert run_again(tmp_path / "twice", session.seconds) == traced.rows()
-
-    drive(main())
+async def test_a_board_has_one_host_also_when_people_go_on_where_a_saved_one_has_ended(tmp_path):
+    session = Session(board)
+    await wait(session, 1)
+    session.say("1811", b"\x84")
+    await wait(session, 0.5)
+    save(session, tmp_path / "once")
+    again = Scene.load(tmp_path / "once" / "scene.toml")
+    session = Session(again.build, scene=again)
+    traced = Traced(session, tmp_path)
+    await wait(session, 2)
+    for act in (("write", "0 84"), ("write", "1 10")):
+        session.do("1811", *act)  # direct access to the registers: the message is not read
+    await wait(session, 0.5)
+    assert session.bench["1811"].bus.status & MESSAGE_READY
+    save(session, tmp_path / "twice")
+    assert run_again(tmp_path / "twice", session.seconds) == traced.rows()
 
 
-def test_what_was_done_later_at_the_same_nanosecond_comes_later_in_what_is_saved_again(tmp_path):
-    async def main():
-        scene = Scene.given({"controller": [{"model": "if1"}]})
-        session = Session(scene.build, scene=scene)
-        session.say("if1", b"(")
-        session.do("if1", "input1", "high")
-        save(session, tmp_path / "once")
-        again = Scene.load(tmp_path / "once" / "scene.toml")
-        session = Session(again.build, scene=again)
-        traced = Traced(session, tmp_path)
-        session.do("if1", "input1", "low")
-        await wait(session, 1)
-        save(session, tmp_path / "twice")
-        assert run_again(tmp_path / "twice", session.seconds) == traced.rows()
-
-    drive(main())
+async def test_what_was_done_later_at_the_same_nanosecond_comes_later_in_what_is_saved_again(tmp_path):
+    scene = Scene.given({"controller": [{"model": "if1"}]})
+    session = Session(scene.build, scene=scene)
+    session.say("if1", b"(")
+    session.do("if1", "input1", "high")
+    save(session, tmp_path / "once")
+    again = Scene.load(tmp_path / "once" / "scene.toml")
+    session = Session(again.build, scene=again)
+    traced = Traced(session, tmp_path)
+    session.do("if1", "input1", "low")
+    await wait(session, 1)
+    save(session, tmp_path / "twice")
+    assert run_again(tmp_path / "twice", session.seconds) == traced.rows()
 
 
 @pytest.mark.parametrize(

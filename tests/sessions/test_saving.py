@@ -10,7 +10,7 @@ from axistwin import Bench, Scene, Session
 from axistwin.cli import axistwin
 from axistwin.errors import SceneError
 
-from .driving import Traced, drive, rows
+from .driving import Traced, rows
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 MOTORS = """\
@@ -55,144 +55,123 @@ def run_again(directory: Path, files: dict[str, str], end_ns: int) -> list[str]:
 
 
 @pytest.mark.parametrize("name", ["drill", "winder"])
-def test_what_is_done_to_an_example_is_repeated_by_the_saved_scene(name, tmp_path):
-    async def main():
-        path = EXAMPLES / name / "scene.toml"
-        scene = Scene.load(path)
-        session = Session(scene.build, 20.0, scene=scene)
-        traced = Traced(session, tmp_path)
-        session.run()
-        await asyncio.sleep(0.1)
-        controller = next(iter(session.bench.controllers))
-        session.do(controller, "fault", f"jam {next(iter(session.bench[controller].axes))} duration=0.1")
-        await asyncio.sleep(0.02)
-        session.do(controller, "power", "off")
-        session.pause()
-        session.do(controller, "power", "on")
-        await session.step("event")
-        session.run()
-        await asyncio.sleep(0.01)
-        session.pause()
-        files = session.save()
-        assert files["scene.toml"].startswith(path.read_text().rstrip())
-        assert run_again(tmp_path / "saved", files, session.bench.now) == traced.rows()
-
-    drive(main())
+async def test_what_is_done_to_an_example_is_repeated_by_the_saved_scene(name, tmp_path):
+    path = EXAMPLES / name / "scene.toml"
+    scene = Scene.load(path)
+    session = Session(scene.build, 20.0, scene=scene)
+    traced = Traced(session, tmp_path)
+    session.run()
+    await asyncio.sleep(0.1)
+    controller = next(iter(session.bench.controllers))
+    session.do(controller, "fault", f"jam {next(iter(session.bench[controller].axes))} duration=0.1")
+    await asyncio.sleep(0.02)
+    session.do(controller, "power", "off")
+    session.pause()
+    session.do(controller, "power", "on")
+    await session.step("event")
+    session.run()
+    await asyncio.sleep(0.01)
+    session.pause()
+    files = session.save()
+    assert files["scene.toml"].startswith(path.read_text().rstrip())
+    assert run_again(tmp_path / "saved", files, session.bench.now) == traced.rows()
 
 
-def test_the_text_stays_as_it_is_but_for_hosts_programs_and_what_has_been_done(tmp_path):
+async def test_the_text_stays_as_it_is_but_for_hosts_programs_and_what_has_been_done(tmp_path):
     (tmp_path / "shared").mkdir()
     (tmp_path / "shared" / "left.sms").write_text("a=1\nEND\n")
     (tmp_path / "here").mkdir()
     (tmp_path / "here" / "two.toml").write_text(MOTORS)
-
-    async def main():
-        session = await session_of(Scene.load(tmp_path / "here" / "two.toml"))
-        session.say("chain", b"ECHO ")
-        session.say("right.rs485", b"RP ")
-        session.do("left", "A", "2.5V")
-        session.run()
-        await asyncio.sleep(0.1)
-        session.do("left", "A", "release")
-        session.pause()
-        files = session.save()
-        assert sorted(files) == ["chain.talk", "left.sms", "scene.toml"]
-        assert files["scene.toml"].startswith(
-            '# Two motors on one line.\ntitle = "Two"\n\n[[controller]]  # the first\nmodel = "smartmotor"\n'
-            'name = "left"\nprogram = "left.sms"\n'
-        )
-        assert '[[chain]]\nhost = ["chain.talk"]\nmotors = ["left", "right"]\n' in files["scene.toml"]
-        assert 'do = "A release"' in files["scene.toml"]
-        assert "> ECHO\\x20\nright.rs485: > RP\\x20\nleft: ! A 2.5V\n" in files["chain.talk"]
-        run_again(tmp_path / "saved", files, session.bench.now)
-
-    drive(main())
+    session = await session_of(Scene.load(tmp_path / "here" / "two.toml"))
+    session.say("chain", b"ECHO ")
+    session.say("right.rs485", b"RP ")
+    session.do("left", "A", "2.5V")
+    session.run()
+    await asyncio.sleep(0.1)
+    session.do("left", "A", "release")
+    session.pause()
+    files = session.save()
+    assert sorted(files) == ["chain.talk", "left.sms", "scene.toml"]
+    assert files["scene.toml"].startswith(
+        '# Two motors on one line.\ntitle = "Two"\n\n[[controller]]  # the first\nmodel = "smartmotor"\n'
+        'name = "left"\nprogram = "left.sms"\n'
+    )
+    assert '[[chain]]\nhost = ["chain.talk"]\nmotors = ["left", "right"]\n' in files["scene.toml"]
+    assert 'do = "A release"' in files["scene.toml"]
+    assert "> ECHO\\x20\nright.rs485: > RP\\x20\nleft: ! A 2.5V\n" in files["chain.talk"]
+    run_again(tmp_path / "saved", files, session.bench.now)
 
 
-def test_hosts_that_stayed_away_are_left_out(tmp_path):
+async def test_hosts_that_stayed_away_are_left_out(tmp_path):
     (tmp_path / "moves.if1").write_text("X100$\n")
     (tmp_path / "s.toml").write_text(
         '[[controller]]\nmodel = "if1"\nhost = "moves.if1"\nports = ["tcp://127.0.0.1:0"]\n'
     )
-
-    async def main():
-        scene = Scene.load(tmp_path / "s.toml")
-        session = await session_of(scene, served=True)
-        session.say("if1", b"(")
-        files = session.save()
-        assert sorted(files) == ["if1.talk", "scene.toml"]
-        assert 'host = ["if1.talk"]' in files["scene.toml"]
-        session = await session_of(scene)
-        session.say("if1", b"(")
-        assert 'host = ["moves.if1", "if1.talk"]' in session.save()["scene.toml"]
-
-    drive(main())
+    scene = Scene.load(tmp_path / "s.toml")
+    session = await session_of(scene, served=True)
+    session.say("if1", b"(")
+    files = session.save()
+    assert sorted(files) == ["if1.talk", "scene.toml"]
+    assert 'host = ["if1.talk"]' in files["scene.toml"]
+    session = await session_of(scene)
+    session.say("if1", b"(")
+    assert 'host = ["moves.if1", "if1.talk"]' in session.save()["scene.toml"]
 
 
-def test_a_scene_that_is_written_in_another_manner_is_written_anew(tmp_path):
+async def test_a_scene_that_is_written_in_another_manner_is_written_anew(tmp_path):
     (tmp_path / "s.toml").write_text(
         'title = "T"\ncontroller = [{ model = "if1" }]\nscript = [{ at = 1.0, do = "led high" }]\n'
     )
-
-    async def main():
-        session = await session_of(Scene.load(tmp_path / "s.toml"))
-        session.say("if1", b"(")
-        session.run()
-        await asyncio.sleep(0.1)
-        session.do("if1", "input1", "high")
-        files = session.save()
-        assert 'title = "T"\n' in files["scene.toml"]
-        assert '[[controller]]\nmodel = "if1"\nhost = ["if1.talk"]\n' in files["scene.toml"]
-        assert files["scene.toml"].count("[[script]]") == 2
-        run_again(tmp_path / "saved", files, session.bench.now)
-
-    drive(main())
+    session = await session_of(Scene.load(tmp_path / "s.toml"))
+    session.say("if1", b"(")
+    session.run()
+    await asyncio.sleep(0.1)
+    session.do("if1", "input1", "high")
+    files = session.save()
+    assert 'title = "T"\n' in files["scene.toml"]
+    assert '[[controller]]\nmodel = "if1"\nhost = ["if1.talk"]\n' in files["scene.toml"]
+    assert files["scene.toml"].count("[[script]]") == 2
+    run_again(tmp_path / "saved", files, session.bench.now)
 
 
-def test_programs_that_were_loaded_are_loaded_again(tmp_path):
+async def test_programs_that_were_loaded_are_loaded_again(tmp_path):
     def build():
         bench = Bench()
         bench.add("smartmotor", "motor")
         bench.add("if1")
         return bench
 
-    async def main():
-        session = Session(build, 1.0)
-        traced = Traced(session, tmp_path)
-        session.run()
-        await asyncio.sleep(1)
-        session.load("if1", "moves.if1", "X100$\n")
-        session.load("motor", "a b.sms", "a=1\nEND\n")
-        await asyncio.sleep(0.5)
-        session.load("motor", "a b.sms", "a=2\nEND\n")
-        await asyncio.sleep(3)
-        session.pause()
-        assert session.bench["motor"].registers["Ra"].read() == 2
-        files = session.save()
-        assert {"a_b.sms", "a_b-2.sms", "moves.if1"} < set(files)
-        assert run_again(tmp_path / "saved", files, session.bench.now) == traced.rows()
-
-    drive(main())
+    session = Session(build, 1.0)
+    traced = Traced(session, tmp_path)
+    session.run()
+    await asyncio.sleep(1)
+    session.load("if1", "moves.if1", "X100$\n")
+    session.load("motor", "a b.sms", "a=1\nEND\n")
+    await asyncio.sleep(0.5)
+    session.load("motor", "a b.sms", "a=2\nEND\n")
+    await asyncio.sleep(3)
+    session.pause()
+    assert session.bench["motor"].registers["Ra"].read() == 2
+    files = session.save()
+    assert {"a_b.sms", "a_b-2.sms", "moves.if1"} < set(files)
+    assert run_again(tmp_path / "saved", files, session.bench.now) == traced.rows()
 
 
-def test_what_is_kept_without_power_goes_with_it(tmp_path):
+async def test_what_is_kept_without_power_goes_with_it(tmp_path):
     def build():
         bench = Bench()
         bench.add("smartmotor", "motor", state=tmp_path / "memory")
         return bench
 
-    async def main():
-        session = Session(build, 1.0)
-        session.run()
-        await asyncio.sleep(1)
-        session.load("motor", "a.sms", "a=1\nEND\n")
-        session.do("motor", "power", "off")
-        assert "state" in session.save()["scene.toml"]
-        assert "state/motor.json" not in session.save()
-        later = Session(build, 1.0)
-        assert later.save()["state/motor.json"] == (tmp_path / "memory" / "motor.json").read_text()
-
-    drive(main())
+    session = Session(build, 1.0)
+    session.run()
+    await asyncio.sleep(1)
+    session.load("motor", "a.sms", "a=1\nEND\n")
+    session.do("motor", "power", "off")
+    assert "state" in session.save()["scene.toml"]
+    assert "state/motor.json" not in session.save()
+    later = Session(build, 1.0)
+    assert later.save()["state/motor.json"] == (tmp_path / "memory" / "motor.json").read_text()
 
 
 def test_a_conversation_in_a_scene_waits_for_what_it_hears(tmp_path):
@@ -240,33 +219,29 @@ def test_registers_that_are_none_are_told(act, tmp_path):
         Scene.load(tmp_path / "s.toml").build()
 
 
-def test_what_people_do_at_the_very_nanosecond_of_the_scene_s_own_acts_comes_after_them(tmp_path):
+async def test_what_people_do_at_the_very_nanosecond_of_the_scene_s_own_acts_comes_after_them(tmp_path):
     (tmp_path / "own.talk").write_text("+0.5\n+0.5\n! input3 high\n")
     (tmp_path / "s.toml").write_text(
         '[[controller]]\nmodel = "if1"\nline = "instant"\nhost = "own.talk"\n'
         '[[script]]\nat = 0.75\ndo = "input1 high"\n[[script]]\nat = 1.0\ndo = "input1 low"\n'
     )
-
-    async def main():
-        session = Session(Scene.load(tmp_path / "s.toml").build, 1.0, scene=Scene.load(tmp_path / "s.toml"))
-        traced, order = Traced(session, tmp_path), []
-        session.each_bench(lambda bench: watch(bench, order))
-        while session.seconds < 1:
-            assert await session.step("event")
-        session.do("if1", "input2", "high")
-        session.say("if1", b"(")
-        session.do("if1", "input1", "high")
-        first = [*order]
-        assert first == ["input1 True", "input3 True", "input1 False", "input2 True", "input1 True"]
-        end_ns, found, files = session.bench.now, traced.rows(), session.save()
-        order.clear()
-        await session.go_to(0)
-        await session.go_to(end_ns / 1e9)
-        assert order == first
-        assert traced.rows() == found
-        assert run_again(tmp_path / "saved", files, end_ns) == found
-
-    drive(main())
+    session = Session(Scene.load(tmp_path / "s.toml").build, 1.0, scene=Scene.load(tmp_path / "s.toml"))
+    traced, order = Traced(session, tmp_path), []
+    session.each_bench(lambda bench: watch(bench, order))
+    while session.seconds < 1:
+        assert await session.step("event")
+    session.do("if1", "input2", "high")
+    session.say("if1", b"(")
+    session.do("if1", "input1", "high")
+    first = [*order]
+    assert first == ["input1 True", "input3 True", "input1 False", "input2 True", "input1 True"]
+    end_ns, found, files = session.bench.now, traced.rows(), session.save()
+    order.clear()
+    await session.go_to(0)
+    await session.go_to(end_ns / 1e9)
+    assert order == first
+    assert traced.rows() == found
+    assert run_again(tmp_path / "saved", files, end_ns) == found
 
 
 def watch(bench, order):
@@ -274,7 +249,7 @@ def watch(bench, order):
         bench["if1"].pins[name].subscribe(lambda pin, name=name: order.append(f"{name} {pin.level}"))
 
 
-def test_programs_from_elsewhere_that_a_scene_loads_come_along(tmp_path):
+async def test_programs_from_elsewhere_that_a_scene_loads_come_along(tmp_path):
     """Programs loaded by the script and by a host's conversation; another program of the same name is not replaced."""
     for place, far in (("here", 100), ("elsewhere", 250)):
         (tmp_path / place).mkdir()
@@ -286,21 +261,17 @@ def test_programs_from_elsewhere_that_a_scene_loads_come_along(tmp_path):
         '[[controller]]\nmodel = "if1"\nname = "b"\nhost = "first.talk"\n\n'
         '[[script]]\nat = 5.0\non = "a"\ndo = "load ../elsewhere/x.if1"\n'
     )
-
-    async def main():
-        session = await session_of(Scene.load(tmp_path / "here" / "s.toml"))
-        session.run()
-        await asyncio.sleep(10)
-        session.pause()
-        files = session.save()
-        assert sorted(files) == ["first.talk", "scene.toml", "x-2.if1", "x.if1", "y.if1"]
-        assert 'do = "load x-2.if1"' in files["scene.toml"]
-        assert files["first.talk"] == "+4\n! load y.if1  ; instead of the first\n"
-        for place in ("here", "elsewhere"):
-            (tmp_path / place).rename(tmp_path / f"no longer {place}")
-        run_again(tmp_path / "saved", files, session.bench.now)
-        again = Scene.load(tmp_path / "saved" / "scene.toml").build()
-        again.run(10)
-        assert [again["a"].axes["X"].position, again["b"].axes["Y"].position] == [350, 70]
-
-    drive(main())
+    session = await session_of(Scene.load(tmp_path / "here" / "s.toml"))
+    session.run()
+    await asyncio.sleep(10)
+    session.pause()
+    files = session.save()
+    assert sorted(files) == ["first.talk", "scene.toml", "x-2.if1", "x.if1", "y.if1"]
+    assert 'do = "load x-2.if1"' in files["scene.toml"]
+    assert files["first.talk"] == "+4\n! load y.if1  ; instead of the first\n"
+    for place in ("here", "elsewhere"):
+        (tmp_path / place).rename(tmp_path / f"no longer {place}")
+    run_again(tmp_path / "saved", files, session.bench.now)
+    again = Scene.load(tmp_path / "saved" / "scene.toml").build()
+    again.run(10)
+    assert [again["a"].axes["X"].position, again["b"].axes["Y"].position] == [350, 70]
