@@ -5,7 +5,8 @@ NiceGUI is started once in a process, and so is the event loop.  Each test has a
 
 import asyncio
 from contextlib import AsyncExitStack
-from inspect import isawaitable
+from functools import partial, wraps
+from inspect import isawaitable, signature
 
 from nicegui import Client
 from nicegui.testing.user import User
@@ -155,13 +156,50 @@ stage = Stage()
 """The server that all tests in this process share."""
 
 
+def shown(view, *names, build=None, after=0, **options):
+    """Make a test of a driver's page: it gets a `Visit`, and may be asynchronous.
+
+    The page shows `view(context)` or `view(context, NAME)`, where NAME is the first of `names`, or the test's argument
+    `model`.  Its bench is that of the test's argument `context`, or `build()`, or has a controller of each name with
+    these options; it has run for `after` seconds.
+    """
+
+    def decorate(test):
+        arguments = signature(test)
+
+        @wraps(test)
+        def run(**given):
+            there = names or (given.get("model"),)
+            of_controller = len(signature(view).parameters) > 1
+            show_to(
+                given.get("context") or driver_of(build or bench_of(*there, **options)),
+                (lambda context: view(context, there[0])) if of_controller else view,
+                partial(begin, **given),
+            )
+
+        def begin(visit, **given):
+            if after:
+                visit.run(after)
+            return test(visit, **given)
+
+        run.__signature__ = arguments.replace(parameters=list(arguments.parameters.values())[1:])
+        return run
+
+    return decorate
+
+
+def driver_of(build):
+    """Return the context of a driver with a session of a bench that `build()` returns."""
+    people = People()
+    return Context(Common(Session(build, None)), people, people["somebody"])
+
+
 def show(build, view, play):
     """Call `play(visit)`, which may be asynchronous, for a driver's page with the view `view(context)`.
 
     Returns what `play` returns.
     """
-    people = People()
-    return show_to(Context(Common(Session(build, None)), people, people["somebody"]), view, play)
+    return show_to(driver_of(build), view, play)
 
 
 def show_to(context, view, play):

@@ -10,7 +10,7 @@ from axistwin.panel.actions import State
 from axistwin.panel.views.driving import SPEEDS, driving
 from axistwin.programs import stored_programs
 
-from .showing import bench_of, show
+from .showing import show, shown
 
 
 def state(visit):
@@ -23,27 +23,23 @@ def type_into(visit, mark, text):
     visit.trigger(mark, "keydown.enter")
 
 
-def test_run_and_pause():
-    async def play(visit):
-        assert (state(visit), visit.found("run").text) == ("paused", "Run")
-        visit.press("run")
-        assert (state(visit), visit.found("run").text) == ("running", "Pause")
-        visit.press("run")
-        assert (state(visit), visit.found("run").text) == ("paused", "Run")
-
-    show(bench_of("if1"), driving, play)
+@shown(driving, "if1")
+async def test_run_and_pause(visit):
+    assert (state(visit), visit.found("run").text) == ("paused", "Run")
+    visit.press("run")
+    assert (state(visit), visit.found("run").text) == ("running", "Pause")
+    visit.press("run")
+    assert (state(visit), visit.found("run").text) == ("paused", "Run")
 
 
-def test_a_step_goes_to_the_next_event_and_one_that_never_comes_is_told():
-    async def play(visit):
-        visit.press("step-event")
-        await visit.until(lambda: visit.context.session.seconds > 0 and state(visit) == "paused")
-        assert visit.context.session.seconds == 1.0  # the lamp goes out at the end of the self-test
-        visit.press("step-statement")
-        await visit.until(lambda: visit.messages)
-        assert visit.messages == ["no such event within 60 virtual seconds: a line of a program begins"]
-
-    show(bench_of("if1"), driving, play)
+@shown(driving, "if1")
+async def test_a_step_goes_to_the_next_event_and_one_that_never_comes_is_told(visit):
+    visit.press("step-event")
+    await visit.until(lambda: visit.context.session.seconds > 0 and state(visit) == "paused")
+    assert visit.context.session.seconds == 1.0  # the lamp goes out at the end of the self-test
+    visit.press("step-statement")
+    await visit.until(lambda: visit.messages)
+    assert visit.messages == ["no such event within 60 virtual seconds: a line of a program begins"]
 
 
 def test_steps_of_a_motor_with_a_program():
@@ -64,152 +60,134 @@ def test_steps_of_a_motor_with_a_program():
     show(build, driving, play)
 
 
-def test_speed_by_slider_and_field():
-    async def play(visit):
-        session = visit.context.session
-        assert (visit.found("speed-box").value, visit.found("speed").value) == ("max", len(SPEEDS) - 1)
-        visit.trigger("speed", "change", 0)
-        assert (session.speed, visit.found("speed-box").value) == (0.1, "0.1")
-        type_into(visit, "speed-box", "30")
-        assert (session.speed, SPEEDS[visit.found("speed").value]) == (30.0, 20.0)
-        type_into(visit, "speed-box", "-1")
-        assert visit.messages == ["invalid speed '-1': expected `max` or a number up to 1000000, e.g. 1 for real time"]
-        assert visit.found("speed-box").value == "30"
-
-    show(bench_of("if1"), driving, play)
+@shown(driving, "if1")
+async def test_speed_by_slider_and_field(visit):
+    session = visit.context.session
+    assert (visit.found("speed-box").value, visit.found("speed").value) == ("max", len(SPEEDS) - 1)
+    visit.trigger("speed", "change", 0)
+    assert (session.speed, visit.found("speed-box").value) == (0.1, "0.1")
+    type_into(visit, "speed-box", "30")
+    assert (session.speed, SPEEDS[visit.found("speed").value]) == (30.0, 20.0)
+    type_into(visit, "speed-box", "-1")
+    assert visit.messages == ["invalid speed '-1': expected `max` or a number up to 1000000, e.g. 1 for real time"]
+    assert visit.found("speed-box").value == "30"
 
 
-def test_who_does_not_drive_changes_nothing():
-    async def play(visit):
-        visit.context.people.driver = visit.context.people["another"]
-        visit.press("run")
-        visit.trigger("speed", "change", 0)
-        type_into(visit, "until", "if1.led falls")
-        assert (visit.context.session.running, visit.context.session.speed) == (False, None)
-        assert visit.found("speed").value == len(SPEEDS) - 1
-        assert visit.messages == ["visitor 2 drives: press Drive to take over"] * 3
-
-    show(bench_of("if1"), driving, play)
+@shown(driving, "if1")
+async def test_who_does_not_drive_changes_nothing(visit):
+    visit.context.people.driver = visit.context.people["another"]
+    visit.press("run")
+    visit.trigger("speed", "change", 0)
+    type_into(visit, "until", "if1.led falls")
+    assert (visit.context.session.running, visit.context.session.speed) == (False, None)
+    assert visit.found("speed").value == len(SPEEDS) - 1
+    assert visit.messages == ["visitor 2 drives: press Drive to take over"] * 3
 
 
-def test_back_in_time_and_live_from_there():
-    async def play(visit):
-        session = visit.context.session
-        type_into(visit, "until", "if1.led falls")
-        await visit.until(lambda: not session.running)
-        assert state(visit) == "paused: if1.led falls"
-        type_into(visit, "moment", "0.5")
-        await visit.until(lambda: session.seconds == 0.5 and not session.busy)
-        assert state(visit) == "paused, replaying the recording"
-        for _ in range(10):
-            visit.frame()
-        assert (visit.found("timeline").value, visit.found("timeline").props["max"]) == (0.5, 1.0)
-        visit.press("forget")
-        assert (state(visit), session.recorded_seconds) == ("paused", 0.5)
-        type_into(visit, "moment", "tomorrow")
-        await visit.until(lambda: visit.messages)
-        assert visit.messages == ["invalid time 'tomorrow': expected seconds, e.g. 1.5"]
-
-    show(bench_of("if1"), driving, play)
-
-
-def test_a_frame_does_not_move_a_slider_that_the_user_holds():
-    async def play(visit):
-        session, slider = visit.context.session, visit.found("timeline")
-        type_into(visit, "until", "if1.led falls")
-        await visit.until(lambda: not session.running)
-        visit.trigger("timeline", "pointerdown")
-        slider.value = 0.25  # the browser reports the value before the user releases the slider
-        for _ in range(20):
-            visit.frame()
-        assert slider.value == 0.25
-        visit.trigger("timeline", "change", 0.25)
-        await visit.until(lambda: session.seconds == 0.25 and not session.busy)
-        visit.trigger("timeline", "pointerdown")
-        visit.trigger("timeline", "pointercancel")
-        slider.value = 0.75
-        for _ in range(20):
-            visit.frame()
-        assert slider.value == 0.25
-
-    show(bench_of("if1"), driving, play)
-
-
-def test_acts_during_a_move_are_performed_after_it_in_their_order():
-    async def play(visit):
-        session, actions = visit.context.session, visit.context.actions
-        type_into(visit, "until", "if1.led falls")
-        await visit.until(lambda: actions.state is State.QUIET)
-        type_into(visit, "moment", "0.25")
-        assert (actions.state, visit.found("run").text) == (State.BUSY, "Stop")
-        visit.press("step-event")
-        visit.trigger("run", "click", "Run")  # the button in the browser still shows Run
-        assert not session.running
-        await visit.until(lambda: session.running)
-        assert session.seconds >= 1.0  # the run has begun after the step
-        visit.trigger("run", "click", "Pause")
-        assert (state(visit), actions.state, visit.messages) == ("paused", State.QUIET, [])
-
-    show(bench_of("if1"), driving, play)
-
-
-def test_stop_drops_the_acts_that_wait():
-    async def play(visit):
-        session, actions = visit.context.session, visit.context.actions
-        type_into(visit, "until", "if1.led falls")
-        await visit.until(lambda: actions.state is State.QUIET)
-        type_into(visit, "moment", "0.5")
-        visit.press("step-event")
-        visit.trigger("run", "click", "Run")
-        visit.trigger("run", "click", "Stop")
-        await visit.until(lambda: actions.state is State.QUIET)
-        assert (session.running, session.busy, visit.messages) == (False, False, [])
-        assert session.seconds <= 0.5  # both the step and the run have been cancelled
-
-    show(bench_of("if1"), driving, play)
-
-
-def test_an_error_of_an_act_that_has_waited_is_shown():
-    async def play(visit):
-        actions = visit.context.actions
-        type_into(visit, "until", "if1.led falls")
-        await visit.until(lambda: actions.state is State.QUIET)
-        type_into(visit, "moment", "0.5")
-        type_into(visit, "new-break", "nobody falls")
-        assert visit.messages == []
-        await visit.until(lambda: visit.messages)
-        assert "nobody" in visit.messages[0]
-
-    show(bench_of("if1"), driving, play)
-
-
-def test_breaks_are_added_switched_off_and_removed():
-    async def play(visit):
-        session = visit.context.session
-        type_into(visit, "new-break", "if1.led falls")
-        assert visit.found("breaks").text == "Breaks (1)"
-        visit.press("run")
-        await visit.until(lambda: not session.running)
-        assert (session.seconds, state(visit)) == (1.0, "paused: break: if1.led falls")
-        visit.user.find("once")
-        with visit.user.client:
-            visit.user.find(ui.checkbox).elements.pop().value = False
+@shown(driving, "if1")
+async def test_back_in_time_and_live_from_there(visit):
+    session = visit.context.session
+    type_into(visit, "until", "if1.led falls")
+    await visit.until(lambda: not session.running)
+    assert state(visit) == "paused: if1.led falls"
+    type_into(visit, "moment", "0.5")
+    await visit.until(lambda: session.seconds == 0.5 and not session.busy)
+    assert state(visit) == "paused, replaying the recording"
+    for _ in range(10):
         visit.frame()
-        assert [each.on for each in session.breaks] == [False]
-        visit.user.find(content="delete").click()
+    assert (visit.found("timeline").value, visit.found("timeline").props["max"]) == (0.5, 1.0)
+    visit.press("forget")
+    assert (state(visit), session.recorded_seconds) == ("paused", 0.5)
+    type_into(visit, "moment", "tomorrow")
+    await visit.until(lambda: visit.messages)
+    assert visit.messages == ["invalid time 'tomorrow': expected seconds, e.g. 1.5"]
+
+
+@shown(driving, "if1")
+async def test_a_frame_does_not_move_a_slider_that_the_user_holds(visit):
+    session, slider = visit.context.session, visit.found("timeline")
+    type_into(visit, "until", "if1.led falls")
+    await visit.until(lambda: not session.running)
+    visit.trigger("timeline", "pointerdown")
+    slider.value = 0.25  # the browser reports the value before the user releases the slider
+    for _ in range(20):
         visit.frame()
-        assert (session.breaks, visit.found("breaks").text) == ([], "Breaks")
-        type_into(visit, "new-break", "nobody falls")
-        assert "nobody" in visit.messages[-1]
+    assert slider.value == 0.25
+    visit.trigger("timeline", "change", 0.25)
+    await visit.until(lambda: session.seconds == 0.25 and not session.busy)
+    visit.trigger("timeline", "pointerdown")
+    visit.trigger("timeline", "pointercancel")
+    slider.value = 0.75
+    for _ in range(20):
+        visit.frame()
+    assert slider.value == 0.25
 
-    show(bench_of("if1"), driving, play)
+
+@shown(driving, "if1")
+async def test_acts_during_a_move_are_performed_after_it_in_their_order(visit):
+    session, actions = visit.context.session, visit.context.actions
+    type_into(visit, "until", "if1.led falls")
+    await visit.until(lambda: actions.state is State.QUIET)
+    type_into(visit, "moment", "0.25")
+    assert (actions.state, visit.found("run").text) == (State.BUSY, "Stop")
+    visit.press("step-event")
+    visit.trigger("run", "click", "Run")  # the button in the browser still shows Run
+    assert not session.running
+    await visit.until(lambda: session.running)
+    assert session.seconds >= 1.0  # the run has begun after the step
+    visit.trigger("run", "click", "Pause")
+    assert (state(visit), actions.state, visit.messages) == ("paused", State.QUIET, [])
 
 
-def test_a_session_is_saved_as_a_zip():
-    async def play(visit):
-        visit.press("save")
-        (response,) = [await visit.user.download.next()]
-        with zipfile.ZipFile(io.BytesIO(response.content)) as archive:
-            assert "scene.toml" in archive.namelist()
+@shown(driving, "if1")
+async def test_stop_drops_the_acts_that_wait(visit):
+    session, actions = visit.context.session, visit.context.actions
+    type_into(visit, "until", "if1.led falls")
+    await visit.until(lambda: actions.state is State.QUIET)
+    type_into(visit, "moment", "0.5")
+    visit.press("step-event")
+    visit.trigger("run", "click", "Run")
+    visit.trigger("run", "click", "Stop")
+    await visit.until(lambda: actions.state is State.QUIET)
+    assert (session.running, session.busy, visit.messages) == (False, False, [])
+    assert session.seconds <= 0.5  # both the step and the run have been cancelled
 
-    show(bench_of("if1"), driving, play)
+
+@shown(driving, "if1")
+async def test_an_error_of_an_act_that_has_waited_is_shown(visit):
+    actions = visit.context.actions
+    type_into(visit, "until", "if1.led falls")
+    await visit.until(lambda: actions.state is State.QUIET)
+    type_into(visit, "moment", "0.5")
+    type_into(visit, "new-break", "nobody falls")
+    assert visit.messages == []
+    await visit.until(lambda: visit.messages)
+    assert "nobody" in visit.messages[0]
+
+
+@shown(driving, "if1")
+async def test_breaks_are_added_switched_off_and_removed(visit):
+    session = visit.context.session
+    type_into(visit, "new-break", "if1.led falls")
+    assert visit.found("breaks").text == "Breaks (1)"
+    visit.press("run")
+    await visit.until(lambda: not session.running)
+    assert (session.seconds, state(visit)) == (1.0, "paused: break: if1.led falls")
+    visit.user.find("once")
+    with visit.user.client:
+        visit.user.find(ui.checkbox).elements.pop().value = False
+    visit.frame()
+    assert [each.on for each in session.breaks] == [False]
+    visit.user.find(content="delete").click()
+    visit.frame()
+    assert (session.breaks, visit.found("breaks").text) == ([], "Breaks")
+    type_into(visit, "new-break", "nobody falls")
+    assert "nobody" in visit.messages[-1]
+
+
+@shown(driving, "if1")
+async def test_a_session_is_saved_as_a_zip(visit):
+    visit.press("save")
+    (response,) = [await visit.user.download.next()]
+    with zipfile.ZipFile(io.BytesIO(response.content)) as archive:
+        assert "scene.toml" in archive.namelist()

@@ -7,12 +7,7 @@ from axistwin.panel.views.lessons import on_the_page
 from axistwin.panel.views.terminal import terminal
 from axistwin.teaching.lessons import course
 
-from .showing import bench_of, show
-
-
-def lesson_of(play, model, *others):
-    """Call `play(visit)`, which is asynchronous, for the terminal of a model on a bench with other models, too."""
-    show(bench_of(model, *others), lambda context: terminal(context, model), play)
+from .showing import bench_of, show, shown
 
 
 async def click(visit, mark):
@@ -31,52 +26,47 @@ async def say(visit, line):
 
 
 @pytest.mark.parametrize(("model", "number"), [("if1", 2), ("if1", 5), ("1811", 2), ("smartmotor", 3)])
-def test_a_lesson_is_done_by_what_the_controller_has_done(model, number, written):
+@shown(terminal)
+async def test_a_lesson_is_done_by_what_the_controller_has_done(visit, model, number, written):
     lesson = course(model)[number - 1]
-
-    async def play(visit):
-        visit.context.session.speed = None
-        await click(visit, f"lesson-{model}-{number}")
-        assert visit.context.session.running
-        visit.context.session.pause()  # the test advances virtual time
-        for step, task in enumerate(lesson.steps, start=1):
-            assert visit.found(f"task-{model}").text == on_the_page(f"{step}. {task.task}")
-            assert f"step {step} of {len(lesson.steps)}" in visit.found(f"lesson-title-{model}").text
-            visit.press(f"show-{model}")
-            assert task.solution[0] in "".join(written)
-            for line in task.solution:
-                await say(visit, line)
-        assert "done" in visit.found(f"lesson-title-{model}").text
-        assert visit.found(f"next-lesson-{model}").visible
-        assert visit.context.person.settings[f"lessons {model}"] == str(number)
-        assert "done." in "".join(written)
-        visit.press(f"end-lesson-{model}")
-        assert visit.context.common(Lessons).of(model) is None
-
-    lesson_of(play, model)
+    visit.context.session.speed = None
+    await click(visit, f"lesson-{model}-{number}")
+    assert visit.context.session.running
+    visit.context.session.pause()  # the test advances virtual time
+    for step, task in enumerate(lesson.steps, start=1):
+        assert visit.found(f"task-{model}").text == on_the_page(f"{step}. {task.task}")
+        assert f"step {step} of {len(lesson.steps)}" in visit.found(f"lesson-title-{model}").text
+        visit.press(f"show-{model}")
+        assert task.solution[0] in "".join(written)
+        for line in task.solution:
+            await say(visit, line)
+    assert "done" in visit.found(f"lesson-title-{model}").text
+    assert visit.found(f"next-lesson-{model}").visible
+    assert visit.context.person.settings[f"lessons {model}"] == str(number)
+    assert "done." in "".join(written)
+    visit.press(f"end-lesson-{model}")
+    assert visit.context.common(Lessons).of(model) is None
 
 
-def test_a_lesson_is_continued_after_going_back_and_by_a_reload():
-    async def play(visit):
-        session = visit.context.session
-        session.speed = None
-        await click(visit, "lesson-if1-2")
-        session.pause()
-        began_s = session.seconds
-        await say(visit, "X1000$")
-        visit.run(3)
-        assert visit.found("task-if1").text.startswith("2. ")
-        await visit.context.move(lambda: session.go_to(began_s))
-        visit.frame()
-        assert visit.found("task-if1").text.startswith("2. "), "the step stays done"
-        await visit.reload()
-        assert visit.found("task-if1").text.startswith("2. ")
-        visit.context.person.settings["lessons if1"] = "4"
-        await visit.reload()
-        titles = [visit.found(f"lesson-name-if1-{number}").text[:3] for number in range(3, 7)]
-        assert titles == ["✓ 3", "✓ 4", "5  ", "6  "]
-
-    lesson_of(play, "if1")
+@shown(terminal, "if1")
+async def test_a_lesson_is_continued_after_going_back_and_by_a_reload(visit):
+    session = visit.context.session
+    session.speed = None
+    await click(visit, "lesson-if1-2")
+    session.pause()
+    began_s = session.seconds
+    await say(visit, "X1000$")
+    visit.run(3)
+    assert visit.found("task-if1").text.startswith("2. ")
+    await visit.context.move(lambda: session.go_to(began_s))
+    visit.frame()
+    assert visit.found("task-if1").text.startswith("2. "), "the step stays done"
+    await visit.reload()
+    assert visit.found("task-if1").text.startswith("2. ")
+    visit.context.person.settings["lessons if1"] = "4"
+    await visit.reload()
+    titles = [visit.found(f"lesson-name-if1-{number}").text[:3] for number in range(3, 7)]
+    assert titles == ["✓ 3", "✓ 4", "5  ", "6  "]
 
 
 def test_only_messages_of_this_controller_count_and_only_the_driver_begins():
@@ -103,15 +93,13 @@ def test_only_messages_of_this_controller_count_and_only_the_driver_begins():
     show(build, lambda context: terminal(context, "smartmotor"), play)
 
 
-def test_initialise_performs_the_dialogue_once(written):
-    async def play(visit):
-        await click(visit, "init-if1")
-        assert visit.bench["if1"].registers["state"].read() == "ready"
-        assert not visit.context.session.running
-        await say(visit, ":init")
-        assert "the controller is ready: no initialisation is needed" in "".join(written)
-
-    lesson_of(play, "if1")
+@shown(terminal, "if1")
+async def test_initialise_performs_the_dialogue_once(visit, written):
+    await click(visit, "init-if1")
+    assert visit.bench["if1"].registers["state"].read() == "ready"
+    assert not visit.context.session.running
+    await say(visit, ":init")
+    assert "the controller is ready: no initialisation is needed" in "".join(written)
 
 
 COMMANDS = (
@@ -120,28 +108,26 @@ COMMANDS = (
 )  # fmt: skip
 
 
-def test_commands_of_the_terminal_are_typed(written):
-    async def play(visit):
-        for line, text in COMMANDS:
-            written.clear()
-            await say(visit, line)
-            assert line in "".join(written) and text in "".join(written)
-            visit.run(1.0)
-        await say(visit, ":drive input1 high")
-        assert visit.bench["if1"].pins["input1"].level
-        before = visit.bench.now
-        await say(visit, ":wait 2")
-        assert visit.bench.now == before + 2_500_000_000, "two seconds, and half a second after each line"
-        for line, message in (
-            (":wait long", "invalid time 'long': expected seconds"),
-            (":speed 3", "unknown command :speed: expected one of"),
-            (":drive nothing high", "nothing"),
-        ):  # fmt: skip
-            await say(visit, line)
-            assert message in visit.messages[-1]
-        assert not visit.context.common(Lessons).of("if1")
-
-    lesson_of(play, "if1")
+@shown(terminal, "if1")
+async def test_commands_of_the_terminal_are_typed(visit, written):
+    for line, text in COMMANDS:
+        written.clear()
+        await say(visit, line)
+        assert line in "".join(written) and text in "".join(written)
+        visit.run(1.0)
+    await say(visit, ":drive input1 high")
+    assert visit.bench["if1"].pins["input1"].level
+    before = visit.bench.now
+    await say(visit, ":wait 2")
+    assert visit.bench.now == before + 2_500_000_000, "two seconds, and half a second after each line"
+    for line, message in (
+        (":wait long", "invalid time 'long': expected seconds"),
+        (":speed 3", "unknown command :speed: expected one of"),
+        (":drive nothing high", "nothing"),
+    ):  # fmt: skip
+        await say(visit, line)
+        assert message in visit.messages[-1]
+    assert not visit.context.common(Lessons).of("if1")
 
 
 def test_a_task_on_the_page_names_the_switch_to_click():

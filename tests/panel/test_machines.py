@@ -8,9 +8,10 @@ from axistwin.motion.profile import Profile, Segment
 from axistwin.panel.drawings.picture import Picture
 from axistwin.panel.views.machines import machines
 
-from .showing import bench_of, show
+from .showing import bench_of, show, shown
 
 SLIDE = {"limits": (-100, 1000)}
+slide = shown(machines, "if1", X=SLIDE)
 
 
 def go(axis, pulses, rate=1000):
@@ -43,59 +44,51 @@ def at(name):
     return lambda context: machines(context, name)
 
 
-def test_a_slide_tells_position_and_velocity_and_its_carriage_moves_along():
-    def play(visit):
-        axis = visit.bench["if1"].axes["X"]
-        assert written(visit, "if1.X", "position", "velocity") == ["0", "0"]
-        left = place(visit, "if1.X", "carriage")
-        go(axis, 1000)
-        visit.run(0.5)
-        assert written(visit, "if1.X", "position", "velocity", "behind") == ["500", "+1\u2009000", "0"]
-        middle = place(visit, "if1.X", "carriage")
-        visit.run(1)
-        assert written(visit, "if1.X", "position", "velocity") == ["1\u2009000", "0"]
-        assert place(visit, "if1.X", "carriage") - middle == middle - left > 0
-
-    show(bench_of("if1", X=SLIDE), at("if1"), play)
+@slide
+def test_a_slide_tells_position_and_velocity_and_its_carriage_moves_along(visit):
+    axis = visit.bench["if1"].axes["X"]
+    assert written(visit, "if1.X", "position", "velocity") == ["0", "0"]
+    left = place(visit, "if1.X", "carriage")
+    go(axis, 1000)
+    visit.run(0.5)
+    assert written(visit, "if1.X", "position", "velocity", "behind") == ["500", "+1\u2009000", "0"]
+    middle = place(visit, "if1.X", "carriage")
+    visit.run(1)
+    assert written(visit, "if1.X", "position", "velocity") == ["1\u2009000", "0"]
+    assert place(visit, "if1.X", "carriage") - middle == middle - left > 0
 
 
-def test_a_limit_switch_lights_when_it_opens():
-    def play(visit):
-        axis = visit.bench["if1"].axes["X"]
-        for pulses, lit in ((1000, None), (1, "plus"), (-1101, None), (-1, "minus")):
-            go(axis, pulses)
-            visit.run(2)
-            assert [side for side in ("minus", "plus") if seen(visit, "if1.X")[side, ".lit"]] == ([lit] if lit else [])
-            assert written(visit, "if1.X", "minus-word", "plus-word").count("open") == bool(lit)
-
-    show(bench_of("if1", X=SLIDE), at("if1"), play)
-
-
-def test_beyond_the_end_of_the_bed_the_carriage_stays_on_it():
-    def play(visit):
-        go(visit.bench["if1"].axes["X"], 100_000, 100_000)
+@slide
+def test_a_limit_switch_lights_when_it_opens(visit):
+    axis = visit.bench["if1"].axes["X"]
+    for pulses, lit in ((1000, None), (1, "plus"), (-1101, None), (-1, "minus")):
+        go(axis, pulses)
         visit.run(2)
-        assert place(visit, "if1.X", "carriage") < 300
-        assert written(visit, "if1.X", "position") == ["100\u2009000"]
-
-    show(bench_of("if1", X=SLIDE), at("if1"), play)
+        assert [side for side in ("minus", "plus") if seen(visit, "if1.X")[side, ".lit"]] == ([lit] if lit else [])
+        assert written(visit, "if1.X", "minus-word", "plus-word").count("open") == bool(lit)
 
 
-def test_lost_pulses_leave_a_ghost_where_the_carriage_should_be():
-    def play(visit):
-        axis = visit.bench["if1"].axes["X"]
-        assert not seen(visit, "if1.X")["ghost", ".there"]
-        axis.jam()
-        go(axis, 400)
-        visit.run(0.2)
-        assert written(visit, "if1.X", "states") == ["jammed \u00b7 out of step"]
-        visit.run(1)
-        assert written(visit, "if1.X", "position", "behind", "states") == ["0", "+400", "jammed"]
-        assert place(visit, "if1.X", "ghost") > place(visit, "if1.X", "carriage")
-        assert all(seen(visit, "if1.X")[what] for what in (("ghost", ".there"), ("row-behind", ".wrong")))
-        assert seen(visit, "if1.X")["machine", ".jammed"]
+@slide
+def test_beyond_the_end_of_the_bed_the_carriage_stays_on_it(visit):
+    go(visit.bench["if1"].axes["X"], 100_000, 100_000)
+    visit.run(2)
+    assert place(visit, "if1.X", "carriage") < 300
+    assert written(visit, "if1.X", "position") == ["100\u2009000"]
 
-    show(bench_of("if1", X=SLIDE), at("if1"), play)
+
+@slide
+def test_lost_pulses_leave_a_ghost_where_the_carriage_should_be(visit):
+    axis = visit.bench["if1"].axes["X"]
+    assert not seen(visit, "if1.X")["ghost", ".there"]
+    axis.jam()
+    go(axis, 400)
+    visit.run(0.2)
+    assert written(visit, "if1.X", "states") == ["jammed \u00b7 out of step"]
+    visit.run(1)
+    assert written(visit, "if1.X", "position", "behind", "states") == ["0", "+400", "jammed"]
+    assert place(visit, "if1.X", "ghost") > place(visit, "if1.X", "carriage")
+    assert all(seen(visit, "if1.X")[what] for what in (("ghost", ".there"), ("row-behind", ".wrong")))
+    assert seen(visit, "if1.X")["machine", ".jammed"]
 
 
 def test_a_board_has_a_home_switch_and_an_encoder():
@@ -110,41 +103,35 @@ def test_a_board_has_a_home_switch_and_an_encoder():
     show(bench_of("1811", motor=motor), at("1811"), play)
 
 
-def test_faults_of_an_axis_and_of_its_drive_are_named():
-    def play(visit):
-        bench = visit.bench
-        bench.faults.add("drive_fault", "if1.X", name="amplifier")
-        visit.run(0.1)
-        assert written(visit, "if1.X", "states") == ["drive fault \u00b7 fault: amplifier"]
-        bench.faults.mend("amplifier")
-        visit.run(0.1)
-        assert written(visit, "if1.X", "states") == [""]
-
-    show(bench_of("if1", X=SLIDE), at("if1"), play)
+@slide
+def test_faults_of_an_axis_and_of_its_drive_are_named(visit):
+    bench = visit.bench
+    bench.faults.add("drive_fault", "if1.X", name="amplifier")
+    visit.run(0.1)
+    assert written(visit, "if1.X", "states") == ["drive fault \u00b7 fault: amplifier"]
+    bench.faults.mend("amplifier")
+    visit.run(0.1)
+    assert written(visit, "if1.X", "states") == [""]
 
 
-def test_axes_that_nobody_uses_are_not_drawn_until_they_move():
-    def play(visit):
-        assert drawn(visit) == ["X"]
-        go(visit.bench["if1"].axes["Z"], 5)
-        visit.run(1)
-        assert drawn(visit) == ["X", "Z"]
-        go(visit.bench["if1"].axes["Z"], -5)
-        visit.run(1)
-        assert drawn(visit) == ["X", "Z"]  # a switch below must not move under the pointer
-
-    show(bench_of("if1", X=SLIDE), at("if1"), play)
+@slide
+def test_axes_that_nobody_uses_are_not_drawn_until_they_move(visit):
+    assert drawn(visit) == ["X"]
+    go(visit.bench["if1"].axes["Z"], 5)
+    visit.run(1)
+    assert drawn(visit) == ["X", "Z"]
+    go(visit.bench["if1"].axes["Z"], -5)
+    visit.run(1)
+    assert drawn(visit) == ["X", "Z"]  # a switch below must not move under the pointer
 
 
-def test_where_nobody_has_said_anything_all_are_drawn():
-    def play(visit):
-        for axis in "XYZ":
-            assert written(visit, f"if1.{axis}", "position") == ["0"]
-        go(visit.bench["if1"].axes["X"], 5)
-        visit.run(1)
-        assert drawn(visit) == ["X", "Y", "Z"]
-
-    show(bench_of("if1"), at("if1"), play)
+@shown(machines, "if1")
+def test_where_nobody_has_said_anything_all_are_drawn(visit):
+    for axis in "XYZ":
+        assert written(visit, f"if1.{axis}", "position") == ["0"]
+    go(visit.bench["if1"].axes["X"], 5)
+    visit.run(1)
+    assert drawn(visit) == ["X", "Y", "Z"]
 
 
 def test_a_shaft_turns_by_its_motors_pulses_a_turn():
@@ -159,33 +146,29 @@ def test_a_shaft_turns_by_its_motors_pulses_a_turn():
     show(bench_of("if1", X={"motor": motor}), at("if1"), play)
 
 
-def test_where_the_pulses_of_a_turn_are_not_known_no_turns_are_told():
-    def play(visit):
-        assert ("turns", "text") not in seen(visit, "if1.X")
-        assert "drawn: 400 a turn" in visit.found("axis if1.X").props["art"]
-
-    show(bench_of("if1"), at("if1"), play)
+@shown(machines, "if1")
+def test_where_the_pulses_of_a_turn_are_not_known_no_turns_are_told(visit):
+    assert ("turns", "text") not in seen(visit, "if1.X")
+    assert "drawn: 400 a turn" in visit.found("axis if1.X").props["art"]
 
 
 SERVO = {"motor": "frame23", "load": {"inertia_kg_m2": 1e-4}}
 
 
-def test_a_servo_shows_where_it_should_be_its_brake_and_its_temperature():
-    def play(visit):
-        motor, name = visit.bench["smartmotor"], "smartmotor.shaft"
-        visit.run(1)
-        assert seen(visit, name)["brake", ".engaged"]
-        assert written(visit, name, "brake-word", "temperature") == ["brake holds", "25.0"]
-        motor.serial.write(b"UCI UDI ZS A=500 V=200000 P=20000 G ")
-        visit.run(0.2)
-        assert not seen(visit, name)["brake", ".engaged"]
-        assert written(visit, name, "brake-word") == ["brake released"]
-        axis = motor.axes["shaft"]
-        assert place(visit, name, "disc") == round(360 * axis.position / 2000, 1)
-        assert place(visit, name, "ghost") == round(360 * axis.setpoint / 2000, 1) > place(visit, name, "disc")
-        assert axis.setpoint - axis.position == int(written(visit, name, "behind")[0])
-
-    show(bench_of("smartmotor", shaft=SERVO, brake=True, line="instant"), at("smartmotor"), play)
+@shown(machines, "smartmotor", shaft=SERVO, brake=True, line="instant")
+def test_a_servo_shows_where_it_should_be_its_brake_and_its_temperature(visit):
+    motor, name = visit.bench["smartmotor"], "smartmotor.shaft"
+    visit.run(1)
+    assert seen(visit, name)["brake", ".engaged"]
+    assert written(visit, name, "brake-word", "temperature") == ["brake holds", "25.0"]
+    motor.serial.write(b"UCI UDI ZS A=500 V=200000 P=20000 G ")
+    visit.run(0.2)
+    assert not seen(visit, name)["brake", ".engaged"]
+    assert written(visit, name, "brake-word") == ["brake released"]
+    axis = motor.axes["shaft"]
+    assert place(visit, name, "disc") == round(360 * axis.position / 2000, 1)
+    assert place(visit, name, "ghost") == round(360 * axis.setpoint / 2000, 1) > place(visit, name, "disc")
+    assert axis.setpoint - axis.position == int(written(visit, name, "behind")[0])
 
 
 def test_a_measuring_wheel_is_drawn_when_there_is_one_and_tells_on_what_it_sits():
@@ -208,28 +191,24 @@ def test_a_measuring_wheel_is_drawn_when_there_is_one_and_tells_on_what_it_sits(
     show(build, at("smartmotor"), play)
 
 
-def test_a_servo_with_travel_is_a_slide_with_a_brake():
-    def play(visit):
-        motor, name = visit.bench["smartmotor"], "smartmotor.shaft"
-        visit.run(1)
-        assert written(visit, name, "brake", "temperature") == ["holds", "25.0"]
-        assert seen(visit, name)["row-edges", ".unused"]
-        motor.serial.write(b"A=500 V=400000 P=5000 G ")
-        visit.run(0.2)
-        assert written(visit, name, "brake") == ["released"]
-        assert place(visit, name, "ghost") > place(visit, name, "carriage")
-        motor.master.move(300, 0)
-        visit.run(0.1)
-        assert (written(visit, name, "edges"), seen(visit, name)["row-edges", ".unused"]) == (["300"], False)
-
-    show(bench_of("smartmotor", shaft={**SERVO, "limits": (-100, 9000)}, line="instant"), at("smartmotor"), play)
+@shown(machines, "smartmotor", shaft={**SERVO, "limits": (-100, 9000)}, line="instant")
+def test_a_servo_with_travel_is_a_slide_with_a_brake(visit):
+    motor, name = visit.bench["smartmotor"], "smartmotor.shaft"
+    visit.run(1)
+    assert written(visit, name, "brake", "temperature") == ["holds", "25.0"]
+    assert seen(visit, name)["row-edges", ".unused"]
+    motor.serial.write(b"A=500 V=400000 P=5000 G ")
+    visit.run(0.2)
+    assert written(visit, name, "brake") == ["released"]
+    assert place(visit, name, "ghost") > place(visit, name, "carriage")
+    motor.master.move(300, 0)
+    visit.run(0.1)
+    assert (written(visit, name, "edges"), seen(visit, name)["row-edges", ".unused"]) == (["300"], False)
 
 
-def test_an_axis_with_a_unit_shows_both():
-    def play(visit):
-        go(visit.bench["if1"].axes["X"], -30)
-        visit.run(0.02)
-        assert written(visit, "if1.X", "place", "speed") == ["\u22120.25", "\u221212.50"]
-        assert written(visit, "if1.X", "position", "velocity") == ["\u221220", "\u22121\u2009000"]
-
-    show(bench_of("if1", X={**SLIDE, "units": {"per": 80, "of": "mm"}}), at("if1"), play)
+@shown(machines, "if1", X={**SLIDE, "units": {"per": 80, "of": "mm"}})
+def test_an_axis_with_a_unit_shows_both(visit):
+    go(visit.bench["if1"].axes["X"], -30)
+    visit.run(0.02)
+    assert written(visit, "if1.X", "place", "speed") == ["\u22120.25", "\u221212.50"]
+    assert written(visit, "if1.X", "position", "velocity") == ["\u221220", "\u22121\u2009000"]

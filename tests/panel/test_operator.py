@@ -11,7 +11,7 @@ from axistwin.panel.views.operator import operator
 from axistwin.scenes import Scene
 from axistwin.teaching.tutor import Tutor
 
-from .showing import show_to
+from .showing import shown
 
 CONTROLLER = '[[controller]]\nmodel = "if1"\nname = "cell"\n'
 PANEL = """
@@ -43,44 +43,38 @@ def context(tmp_path):
     return Context(Common(Session(scene.build, None, scene=scene)), people, people["somebody"])
 
 
-def test_a_button_is_pressed_while_it_is_held_and_a_latching_one_until_the_next_click(context):
-    def play(visit):
-        pins = visit.bench["cell"].pins
-        for down, up in (("pointerdown", "pointerup"), ("keydown.enter", "keyup.enter")):
-            visit.trigger("operator-Start", down)
-            assert pins["input1"].level and visit.pressed("operator-Start") == ["operator-Start"]
-            assert visit.found("operator-Start-level").text == "pressed, high"
-            visit.trigger("operator-Start", up)
-            assert not pins["input1"].level and visit.found("operator-Start-level").text == "free, low"
-        assert visit.found("operator-Stop-level").text == "free, high"
-        visit.press("operator-Stop")
-        assert not pins["estop"].level and visit.pressed("operator-Stop") == ["operator-Stop"]
-        visit.press("operator-Stop")
-        assert pins["estop"].level and visit.pressed("operator-Stop") == []
-        assert len([act for moment in context.session.journal for act in moment.acts]) == 6
-
-    show_to(context, operator, play)
+@shown(operator)
+def test_a_button_is_pressed_while_it_is_held_and_a_latching_one_until_the_next_click(visit, context):
+    pins = visit.bench["cell"].pins
+    for down, up in (("pointerdown", "pointerup"), ("keydown.enter", "keyup.enter")):
+        visit.trigger("operator-Start", down)
+        assert pins["input1"].level and visit.pressed("operator-Start") == ["operator-Start"]
+        assert visit.found("operator-Start-level").text == "pressed, high"
+        visit.trigger("operator-Start", up)
+        assert not pins["input1"].level and visit.found("operator-Start-level").text == "free, low"
+    assert visit.found("operator-Stop-level").text == "free, high"
+    visit.press("operator-Stop")
+    assert not pins["estop"].level and visit.pressed("operator-Stop") == ["operator-Stop"]
+    visit.press("operator-Stop")
+    assert pins["estop"].level and visit.pressed("operator-Stop") == []
+    assert len([act for moment in context.session.journal for act in moment.acts]) == 6
 
 
-def test_a_lamp_shows_its_terminal(context):
-    def play(visit):
-        assert visit.lit("operator-Led")
-        visit.run(1.5)
-        assert not visit.lit("operator-Led")
-
-    show_to(context, operator, play)
+@shown(operator)
+def test_a_lamp_shows_its_terminal(visit, context):
+    assert visit.lit("operator-Led")
+    visit.run(1.5)
+    assert not visit.lit("operator-Led")
 
 
-def test_a_selector_switch_has_one_position(context):
-    def play(visit):
-        keys = [f"operator-Mode-{word}" for word in ("hand", "auto", "test")]
-        pins = visit.bench["cell"].pins
-        for word, levels in (("auto", (True, False)), ("test", (False, True)), ("hand", (False, False))):
-            visit.press(f"operator-Mode-{word}")
-            assert visit.pressed(*keys) == [f"operator-Mode-{word}"]
-            assert (pins["input2"].level, pins["input3"].level) == levels
-
-    show_to(context, operator, play)
+@shown(operator)
+def test_a_selector_switch_has_one_position(visit, context):
+    keys = [f"operator-Mode-{word}" for word in ("hand", "auto", "test")]
+    pins = visit.bench["cell"].pins
+    for word, levels in (("auto", (True, False)), ("test", (False, True)), ("hand", (False, False))):
+        visit.press(f"operator-Mode-{word}")
+        assert visit.pressed(*keys) == [f"operator-Mode-{word}"]
+        assert (pins["input2"].level, pins["input3"].level) == levels
 
 
 @pytest.mark.parametrize(

@@ -13,7 +13,7 @@ from axistwin.panel.views.people import people
 from axistwin.panel.views.tabs import tabs
 from axistwin.panel.views.terminal import terminal
 
-from .showing import bench_of, show
+from .showing import bench_of, show, shown
 
 
 def whole(context):
@@ -32,18 +32,16 @@ def type_into(visit, mark, text):
     visit.trigger(mark, "keydown.enter")
 
 
-def test_the_clock_is_written_without_an_update_of_the_page():
-    def play(visit):
-        outbox, clock = visit.user.client.outbox, visit.found("clock")
-        visit.run(0.5)
-        outbox.updates.clear()
-        outbox.messages.clear()
-        visit.run(0.5)
-        written = f'axistwinState.write(Vue.toRaw(mounted_app.elements), {clock.id}, "1.000000 s")'
-        assert clock.id not in outbox.updates
-        assert [data["code"] for _, kind, data in outbox.messages if kind == "run_javascript"].count(written) == 1
-
-    show(bench_of("if1"), whole, play)
+@shown(whole, "if1")
+def test_the_clock_is_written_without_an_update_of_the_page(visit):
+    outbox, clock = visit.user.client.outbox, visit.found("clock")
+    visit.run(0.5)
+    outbox.updates.clear()
+    outbox.messages.clear()
+    visit.run(0.5)
+    written = f'axistwinState.write(Vue.toRaw(mounted_app.elements), {clock.id}, "1.000000 s")'
+    assert clock.id not in outbox.updates
+    assert [data["code"] for _, kind, data in outbox.messages if kind == "run_javascript"].count(written) == 1
 
 
 def test_a_controller_of_which_the_panel_knows_nothing_is_seen_and_touched():
@@ -89,21 +87,19 @@ def test_a_line_that_motors_share_has_a_terminal_of_its_own():
 # People
 
 
-def test_who_drives_is_on_the_button_and_taking_over_is_told():
-    def play(visit):
-        told = []
-        visit.context.people.subscribe(told.append)
-        assert visit.found("people").text == "you drive"
-        visit.choose("name", "Anna")
-        visit.trigger("name", "keydown.enter")
-        visit.context.people.take_over(visit.context.people["another"])
-        visit.frame()
-        assert visit.found("people").text == "visitor 2 drives"
-        visit.press("drive")
-        assert visit.found("people").text == "you drive"
-        assert told == ["visitor 2 drives now", "Anna drives now"]
-
-    show(bench_of("if1"), people, play)
+@shown(people, "if1")
+def test_who_drives_is_on_the_button_and_taking_over_is_told(visit):
+    told = []
+    visit.context.people.subscribe(told.append)
+    assert visit.found("people").text == "you drive"
+    visit.choose("name", "Anna")
+    visit.trigger("name", "keydown.enter")
+    visit.context.people.take_over(visit.context.people["another"])
+    visit.frame()
+    assert visit.found("people").text == "visitor 2 drives"
+    visit.press("drive")
+    assert visit.found("people").text == "you drive"
+    assert told == ["visitor 2 drives now", "Anna drives now"]
 
 
 # Tabs
@@ -135,77 +131,64 @@ def test_a_view_is_made_when_it_is_looked_at_and_the_last_one_is_known_again():
 # Terminals
 
 
-def at(name):
-    return lambda context: terminal(context, name)
+@pytest.mark.parametrize("model", ["if1", "smartmotor"])
+@shown(terminal)
+def test_a_line_goes_out_with_the_end_that_is_chosen_and_is_remembered(visit, model):
+    visit.run(1.5)
+    visit.context.person.ending = "CR"
+    type_into(visit, f"say-{model}", "(")
+    assert said(visit, model) == b"(\r"
+    assert visit.found(f"say-{model}").value == ""
+    assert visit.context.person.lines[model] == ["("]
+    type_into(visit, f"say-{model}", r"\x41\r")
+    assert said(visit, model) == b"(\rA\r\r"
+    with visit.user.client:
+        visit.user.find(ui.select).elements.pop().value = "LF"
+    type_into(visit, f"say-{model}", "Q")
+    assert said(visit, model) == b"(\rA\r\rQ\n"
 
 
 @pytest.mark.parametrize("model", ["if1", "smartmotor"])
-def test_a_line_goes_out_with_the_end_that_is_chosen_and_is_remembered(model):
-    def play(visit):
-        visit.run(1.5)
-        visit.context.person.ending = "CR"
-        type_into(visit, f"say-{model}", "(")
-        assert said(visit, model) == b"(\r"
-        assert visit.found(f"say-{model}").value == ""
-        assert visit.context.person.lines[model] == ["("]
-        type_into(visit, f"say-{model}", r"\x41\r")
-        assert said(visit, model) == b"(\rA\r\r"
-        with visit.user.client:
-            visit.user.find(ui.select).elements.pop().value = "LF"
-        type_into(visit, f"say-{model}", "Q")
-        assert said(visit, model) == b"(\rA\r\rQ\n"
-
-    show(bench_of(model), at(model), play)
+@shown(terminal)
+def test_keys_go_out_one_by_one_from_the_screen_itself(visit, model):
+    visit.run(1.5)
+    for key in "Ra ":
+        visit.user.find(ui.xterm).trigger("data", key)
+    visit.frame()
+    assert said(visit, model) == b"Ra "
 
 
-@pytest.mark.parametrize("model", ["if1", "smartmotor"])
-def test_keys_go_out_one_by_one_from_the_screen_itself(model):
-    def play(visit):
-        visit.run(1.5)
-        for key in "Ra ":
-            visit.user.find(ui.xterm).trigger("data", key)
-        visit.frame()
-        assert said(visit, model) == b"Ra "
-
-    show(bench_of(model), at(model), play)
-
-
-def test_a_board_takes_hex_or_words_and_tells_where_they_are_wrong():
-    def play(visit):
-        visit.run(1.5)
-        type_into(visit, "say-1811", "go_relative 25000")
-        type_into(visit, "say-1811", "goo_relative 25000")
-        assert "invalid text in column 1 of the line" in visit.messages[-1]
-        assert visit.found("say-1811").value == "goo_relative 25000"
-
-    show(bench_of("1811"), at("1811"), play)
+@shown(terminal, "1811")
+def test_a_board_takes_hex_or_words_and_tells_where_they_are_wrong(visit):
+    visit.run(1.5)
+    type_into(visit, "say-1811", "go_relative 25000")
+    type_into(visit, "say-1811", "goo_relative 25000")
+    assert "invalid text in column 1 of the line" in visit.messages[-1]
+    assert visit.found("say-1811").value == "goo_relative 25000"
 
 
 @pytest.mark.parametrize("model", ["if1", "smartmotor"])
-def test_break_and_format(model):
-    def play(visit):
-        visit.run(1.5)
-        host, talk = visit.bench[model].serial.host, visit.context.common(Talk)
-        visit.press(f"break-{model}")
-        assert [type(event) for event in talk.since(model, 0)[1]] == [LineBreak]
-        type_into(visit, f"format-{model}", "2400 7E1")
-        assert str(host.format) == "2400 7E1"
-        type_into(visit, f"format-{model}", "fast")
-        assert "fast" in visit.messages[-1]
-
-    show(bench_of(model), at(model), play)
+@shown(terminal)
+def test_break_and_format(visit, model):
+    visit.run(1.5)
+    host, talk = visit.bench[model].serial.host, visit.context.common(Talk)
+    visit.press(f"break-{model}")
+    assert [type(event) for event in talk.since(model, 0)[1]] == [LineBreak]
+    type_into(visit, f"format-{model}", "2400 7E1")
+    assert str(host.format) == "2400 7E1"
+    type_into(visit, f"format-{model}", "fast")
+    assert "fast" in visit.messages[-1]
 
 
-def test_control_lines():
-    def play(visit):
-        visit.choose("dtr-if1", False)
-        assert not visit.bench["if1"].serial.host.dtr
-
-    show(bench_of("if1"), at("if1"), play)
+@shown(terminal, "if1")
+def test_control_lines(visit):
+    visit.choose("dtr-if1", False)
+    assert not visit.bench["if1"].serial.host.dtr
 
 
 @pytest.mark.parametrize(("model", "line"), [("if1", "("), ("1811", "go_relative 2500"), ("smartmotor", "Ra ")])
-def test_a_reload_loses_nothing(monkeypatch, model, line):
+@shown(whole)
+async def test_a_reload_loses_nothing(visit, monkeypatch, model, line):
     written = []
     monkeypatch.setattr(ui.xterm, "write", lambda _, text: written.append(text))
 
@@ -213,28 +196,23 @@ def test_a_reload_loses_nothing(monkeypatch, model, line):
         """Return the lines with a time, without the remarks of the tutor."""
         return [each for each in "".join(written).split("\r\n") if re.search(r"\d\.\d{6}", each)]
 
-    async def play(visit):
-        visit.run(1.5)
-        visit.user.find("Terminal").click()
-        visit.frame()
-        type_into(visit, f"say-{model}", line)
-        visit.run(0.5)
-        visit.choose("scope-signals", f"{model}.host_says")
-        visit.press("scope-show")
-        shown = visit.found("clock").text, visit.found("scope-signals").value, conversation()
-        assert shown[0] == "2.000000 s"
-        assert shown[1] == f"{model}.host_says"
-        assert "1.500000" in shown[2][0]
-        written.clear()
-        await visit.reload()
-        assert (visit.found("clock").text, visit.found("scope-signals").value, conversation()) == shown
-        assert visit.user.find("you drive")
-
-    show(bench_of(model), whole, play)
+    visit.run(1.5)
+    visit.user.find("Terminal").click()
+    visit.frame()
+    type_into(visit, f"say-{model}", line)
+    visit.run(0.5)
+    visit.choose("scope-signals", f"{model}.host_says")
+    visit.press("scope-show")
+    shown = visit.found("clock").text, visit.found("scope-signals").value, conversation()
+    assert shown[0] == "2.000000 s"
+    assert shown[1] == f"{model}.host_says"
+    assert "1.500000" in shown[2][0]
+    written.clear()
+    await visit.reload()
+    assert (visit.found("clock").text, visit.found("scope-signals").value, conversation()) == shown
+    assert visit.user.find("you drive")
 
 
-def test_who_is_connected_from_outside_is_told():
-    def play(visit):
-        assert visit.found("client-if1").text == "no client is connected"
-
-    show(bench_of("if1"), at("if1"), play)
+@shown(terminal, "if1")
+def test_who_is_connected_from_outside_is_told(visit):
+    assert visit.found("client-if1").text == "no client is connected"

@@ -14,7 +14,7 @@ from axistwin.panel.scope.screen import Screen
 from axistwin.panel.views.scope import Scopes, scope
 from axistwin.units import S
 
-from .showing import bench_of, show, show_to
+from .showing import bench_of, show, show_to, shown
 
 
 def screen_of(visit) -> Screen:
@@ -29,39 +29,25 @@ def tell(visit, **what):
     visit.frame()
 
 
-def played(play, *models):
-    """Call `play(visit)` for the oscilloscope of a bench that has run for 1.5 s."""
+@shown(scope, "if1", after=1.5)
+def test_it_shows_how_axes_move_to_begin_with_and_what_is_chosen_after_that(visit):
+    assert visit.found("scope-signals").value.startswith("if1.X.velocity, if1.Y.velocity")
+    visit.choose("scope-signals", "if1.X.pulses, *.led")
+    visit.press("scope-show")
+    assert screen_of(visit).names == ("if1.led", "if1.X.pulses")
 
-    def begin(visit):
-        visit.run(1.5)
-        play(visit)
-
-    show(bench_of(*(models or ("if1",))), scope, begin)
-
-
-def test_it_shows_how_axes_move_to_begin_with_and_what_is_chosen_after_that():
-    def play(visit):
-        assert visit.found("scope-signals").value.startswith("if1.X.velocity, if1.Y.velocity")
-        visit.choose("scope-signals", "if1.X.pulses, *.led")
-        visit.press("scope-show")
-        assert screen_of(visit).names == ("if1.led", "if1.X.pulses")
-
-        visit.choose("scope-signals", "if1.Q.*")
-        visit.press("scope-show")
-        assert "no signal matches 'if1.Q.*'" in visit.messages[-1]
-        assert screen_of(visit).names == ("if1.led", "if1.X.pulses")
-
-    played(play)
+    visit.choose("scope-signals", "if1.Q.*")
+    visit.press("scope-show")
+    assert "no signal matches 'if1.Q.*'" in visit.messages[-1]
+    assert screen_of(visit).names == ("if1.led", "if1.X.pulses")
 
 
-def test_signals_are_searched_in_a_list_and_put_on_and_off():
-    def play(visit):
-        visit.choose("scope-search", "X.")
-        visit.choose("scope-box-if1.X.pulses", True)
-        visit.choose("scope-box-if1.X.velocity", False)
-        assert "if1.X.pulses" in screen_of(visit).names and "if1.X.velocity" not in screen_of(visit).names
-
-    played(play)
+@shown(scope, "if1", after=1.5)
+def test_signals_are_searched_in_a_list_and_put_on_and_off(visit):
+    visit.choose("scope-search", "X.")
+    visit.choose("scope-box-if1.X.pulses", True)
+    visit.choose("scope-box-if1.X.velocity", False)
+    assert "if1.X.pulses" in screen_of(visit).names and "if1.X.velocity" not in screen_of(visit).names
 
 
 MACHINE = {"units": {"per": 80, "of": "mm"}, "limits": ("-1 mm", "300 mm")}
@@ -73,300 +59,268 @@ def with_unit():
     return bench
 
 
-def test_it_opens_on_what_the_scene_uses_and_offers_presets():
-    def play(visit):
-        used = ("if1.X.pulses", "if1.X.velocity", "if1.output1", "if1.input2", "if1.host_says", "if1.controller_says")
-        assert screen_of(visit).names == used
-        visit.press("scope-preset-Wires")
-        assert screen_of(visit).names == ("if1.input2", "if1.output1")
-        visit.press("scope-preset-Scene")
-        assert screen_of(visit).names == used
-
-    show(with_unit, scope, play)
+@shown(scope, build=with_unit)
+def test_it_opens_on_what_the_scene_uses_and_offers_presets(visit):
+    used = ("if1.X.pulses", "if1.X.velocity", "if1.output1", "if1.input2", "if1.host_says", "if1.controller_says")
+    assert screen_of(visit).names == used
+    visit.press("scope-preset-Wires")
+    assert screen_of(visit).names == ("if1.input2", "if1.output1")
+    visit.press("scope-preset-Scene")
+    assert screen_of(visit).names == used
 
 
-def test_values_at_the_pointer_have_units():
-    def play(visit):
-        screen_of(visit).show(["if1.X.pulses", "if1.led"])
-        visit.bench["if1"].axes["X"].start(Profile([Segment(Fraction(1000), Fraction(3))]), -1)
-        visit.run(2.0005)
-        tell(visit, do="hover", place=0.5)
-        for _ in range(5):
-            visit.frame()
-        row, other = visit.found("scope-readout").rows
-        assert (row["unit"], row["at"], row["now"]) == ("pulses", "-1000 (-12.50 mm)", "-2000 (-25.00 mm)")
-        assert (other["unit"], other["at"]) == ("", other["now"])
-        assert visit.found("scope-times").text == "pointer 1.000500000 s"
-        assert frame(screen_of(visit))["signals"][0]["range"] == "-2000 … 0 pulses = -25.00 mm … 0.00 mm"
-        tell(visit, do="hover", place=None)
-        for _ in range(5):
-            visit.frame()
-        assert visit.found("scope-readout").rows[0]["at"] == "–"
-
-    show(with_unit, scope, play)
-
-
-def test_lanes_are_moved_folded_and_renamed():
-    def play(visit):
-        screen = screen_of(visit)
-        screen.show(["if1.led", "if1.X.pulses", "if1.input1"])
-        visit.press("scope-arrange")
+@shown(scope, build=with_unit)
+def test_values_at_the_pointer_have_units(visit):
+    screen_of(visit).show(["if1.X.pulses", "if1.led"])
+    visit.bench["if1"].axes["X"].start(Profile([Segment(Fraction(1000), Fraction(3))]), -1)
+    visit.run(2.0005)
+    tell(visit, do="hover", place=0.5)
+    for _ in range(5):
         visit.frame()
-        tell(visit, do="lane", lane=0, to=2)
-        assert screen.names == ("if1.X.pulses", "if1.input1", "if1.led")
-        visit.press("scope-up-if1.led")
-        assert screen.names == ("if1.X.pulses", "if1.led", "if1.input1")
-        visit.press("scope-up-if1.X.pulses")
-        assert screen.names[0] == "if1.X.pulses"
-        visit.choose("scope-fold-if1.led", True)
-        visit.choose("scope-title-if1.led", "  lamp ")
-        first, lamp, _ = frame(screen)["signals"]
-        assert (lamp["name"], lamp["title"], lamp["folded"]) == ("if1.led", "lamp", True)
-        assert (first["title"], first["folded"]) == ("if1.X.pulses", False)
-
-    played(play)
-
-
-def test_messages_of_a_bus_are_decoded():
-    def play(visit):
-        screen_of(visit).show(["1811.host_says"])
-        visit.run(0.1)
-        visit.bench["1811"].product.attend(visit.bench["1811"].bus).write(b"\x83")
-        visit.run(0.5)
-        (signal,) = frame(screen_of(visit))["signals"]
-        text, words = signal["words"][0][1].split("\n")
-        assert text == "83"
-        assert words == visit.bench["1811"].product.language.explain(b"\x83") != ""
-
-    played(play, "1811")
-
-
-def test_the_next_and_the_previous_activity():
-    def play(visit):
-        screen_of(visit).show(["if1.input1"])
-        visit.bench["if1"].pins["input1"].drive(True)  # at 1.5 s
-        visit.run(20)
-        visit.press("scope-previous-activity")
-        from_ns, to_ns = screen_of(visit).edges
-        assert from_ns < 1.5 * S < to_ns
-        tell(visit, do="zoom", factor=0.1, place=0.0)  # zoom to a time before the beginning
-        tell(visit, do="key", key="n")
-        assert screen_of(visit).edges[1] < S
-        tell(visit, do="key", key="n")
-        from_ns, to_ns = screen_of(visit).edges
-        assert from_ns < 1.5 * S < to_ns
-        before = screen_of(visit).edges
-        visit.press("scope-next-activity")
-        assert screen_of(visit).edges == before
-
-    played(play)
-
-
-def test_pause_and_live():
-    def play(visit):
-        visit.press("scope-pause")
-        before = screen_of(visit).edges
-        visit.run(1.0)
-        assert screen_of(visit).edges == before
-        assert visit.found("scope-pause").text == "Live"
-        assert visit.found("scope-state").text == "view paused"
-        visit.press("scope-pause")
-        assert screen_of(visit).edges[1] == visit.bench.now
-
-    played(play)
-
-
-def test_the_time_base_is_turned_by_knob_and_buttons():
-    def play(visit):
-        visit.press("scope-shorter")
-        assert visit.found("scope-span").text == "1 s"
-        visit.press("scope-longer")
-        visit.press("scope-longer")
-        assert visit.found("scope-span").text == "5 s"
-        visit.choose("scope-time", 0)
+    row, other = visit.found("scope-readout").rows
+    assert (row["unit"], row["at"], row["now"]) == ("pulses", "-1000 (-12.50 mm)", "-2000 (-25.00 mm)")
+    assert (other["unit"], other["at"]) == ("", other["now"])
+    assert visit.found("scope-times").text == "pointer 1.000500000 s"
+    assert frame(screen_of(visit))["signals"][0]["range"] == "-2000 … 0 pulses = -25.00 mm … 0.00 mm"
+    tell(visit, do="hover", place=None)
+    for _ in range(5):
         visit.frame()
-        assert visit.found("scope-span").text == "1 µs"
-        visit.press("scope-all")
-        assert screen_of(visit).edges == (0, visit.bench.now)
-
-    played(play)
+    assert visit.found("scope-readout").rows[0]["at"] == "–"
 
 
-def test_lanes_or_overlaid():
-    def play(visit):
-        visit.choose("scope-lanes", False)
-        assert not screen_of(visit).lanes
-        tell(visit, do="key", key="l")
-        assert visit.found("scope-lanes").value is True
+@shown(scope, "if1", after=1.5)
+def test_lanes_are_moved_folded_and_renamed(visit):
+    screen = screen_of(visit)
+    screen.show(["if1.led", "if1.X.pulses", "if1.input1"])
+    visit.press("scope-arrange")
+    visit.frame()
+    tell(visit, do="lane", lane=0, to=2)
+    assert screen.names == ("if1.X.pulses", "if1.input1", "if1.led")
+    visit.press("scope-up-if1.led")
+    assert screen.names == ("if1.X.pulses", "if1.led", "if1.input1")
+    visit.press("scope-up-if1.X.pulses")
+    assert screen.names[0] == "if1.X.pulses"
+    visit.choose("scope-fold-if1.led", True)
+    visit.choose("scope-title-if1.led", "  lamp ")
+    first, lamp, _ = frame(screen)["signals"]
+    assert (lamp["name"], lamp["title"], lamp["folded"]) == ("if1.led", "lamp", True)
+    assert (first["title"], first["folded"]) == ("if1.X.pulses", False)
 
-    played(play)
+
+@shown(scope, "1811", after=1.5)
+def test_messages_of_a_bus_are_decoded(visit):
+    screen_of(visit).show(["1811.host_says"])
+    visit.run(0.1)
+    visit.bench["1811"].product.attend(visit.bench["1811"].bus).write(b"\x83")
+    visit.run(0.5)
+    (signal,) = frame(screen_of(visit))["signals"]
+    text, words = signal["words"][0][1].split("\n")
+    assert text == "83"
+    assert words == visit.bench["1811"].product.language.explain(b"\x83") != ""
 
 
-def test_a_trigger_on_an_edge():
-    def play(visit):
-        visit.choose("scope-signals", "if1.input1")
-        visit.press("scope-show")
-        visit.choose("scope-trigger", "normal")
-        visit.choose("scope-slope", "up")
-        visit.choose("scope-place", 0.25)
+@shown(scope, "if1", after=1.5)
+def test_the_next_and_the_previous_activity(visit):
+    screen_of(visit).show(["if1.input1"])
+    visit.bench["if1"].pins["input1"].drive(True)  # at 1.5 s
+    visit.run(20)
+    visit.press("scope-previous-activity")
+    from_ns, to_ns = screen_of(visit).edges
+    assert from_ns < 1.5 * S < to_ns
+    tell(visit, do="zoom", factor=0.1, place=0.0)  # zoom to a time before the beginning
+    tell(visit, do="key", key="n")
+    assert screen_of(visit).edges[1] < S
+    tell(visit, do="key", key="n")
+    from_ns, to_ns = screen_of(visit).edges
+    assert from_ns < 1.5 * S < to_ns
+    before = screen_of(visit).edges
+    visit.press("scope-next-activity")
+    assert screen_of(visit).edges == before
+
+
+@shown(scope, "if1", after=1.5)
+def test_pause_and_live(visit):
+    visit.press("scope-pause")
+    before = screen_of(visit).edges
+    visit.run(1.0)
+    assert screen_of(visit).edges == before
+    assert visit.found("scope-pause").text == "Live"
+    assert visit.found("scope-state").text == "view paused"
+    visit.press("scope-pause")
+    assert screen_of(visit).edges[1] == visit.bench.now
+
+
+@shown(scope, "if1", after=1.5)
+def test_the_time_base_is_turned_by_knob_and_buttons(visit):
+    visit.press("scope-shorter")
+    assert visit.found("scope-span").text == "1 s"
+    visit.press("scope-longer")
+    visit.press("scope-longer")
+    assert visit.found("scope-span").text == "5 s"
+    visit.choose("scope-time", 0)
+    visit.frame()
+    assert visit.found("scope-span").text == "1 µs"
+    visit.press("scope-all")
+    assert screen_of(visit).edges == (0, visit.bench.now)
+
+
+@shown(scope, "if1", after=1.5)
+def test_lanes_or_overlaid(visit):
+    visit.choose("scope-lanes", False)
+    assert not screen_of(visit).lanes
+    tell(visit, do="key", key="l")
+    assert visit.found("scope-lanes").value is True
+
+
+@shown(scope, "if1", after=1.5)
+def test_a_trigger_on_an_edge(visit):
+    visit.choose("scope-signals", "if1.input1")
+    visit.press("scope-show")
+    visit.choose("scope-trigger", "normal")
+    visit.choose("scope-slope", "up")
+    visit.choose("scope-place", 0.25)
+    visit.frame()
+    assert visit.found("scope-state").text == "waiting for an edge of if1.input1"
+    at_ns = visit.bench.now
+    visit.bench["if1"].pins["input1"].drive(True)
+    visit.run(3.0)
+    assert screen_of(visit).edges[0] == at_ns - S // 2
+
+    visit.choose("scope-trigger", "single")
+    visit.frame()
+    assert visit.found("scope-arm").visible
+    visit.press("scope-arm")
+    assert screen_of(visit).waiting
+
+
+@shown(scope, "if1", after=1.5)
+def test_the_value_and_signal_of_the_trigger(visit):
+    visit.choose("scope-trigger", "auto")
+    visit.choose("scope-trigger-signal", "if1.Y.velocity")
+    visit.choose("scope-value", 500)
+    trigger = screen_of(visit).trigger
+    assert (trigger.signal, trigger.value) == ("if1.Y.velocity", 500)
+
+
+@shown(scope, "if1", after=1.5)
+def test_cursors_by_clicks_keys_and_buttons_and_what_they_measure(visit):
+    visit.choose("scope-signals", "if1.input1")
+    visit.press("scope-show")
+    visit.run(2.5)
+    visit.bench["if1"].pins["input1"].drive(True)
+    visit.run(1.0)  # now 5 s, of which the latest 2 s are visible
+    visit.choose("scope-snap", False)
+    tell(visit, do="click", place=0.25)
+    tell(visit, do="click", place=0.75)
+    cursors = screen_of(visit).cursors
+    assert (cursors.a_ns, cursors.b_ns) == (3.5 * S, 4.5 * S)
+
+    visit.press("scope-pause")
+    tell(visit, do="key", key="a")
+    tell(visit, do="key", key="ArrowRight", shift=True)
+    assert cursors.a_ns == 3.5 * S + 2 * S // 800
+    tell(visit, do="drag", which="b", place=1.0)
+    tell(visit, do="click", place=0.0, other=True)
+    assert (cursors.a_ns, cursors.b_ns) == (3 * S, 5 * S)
+    visit.press("scope-cursor-a")
+    visit.press("scope-next-edge")
+    assert cursors.a_ns == 4 * S
+    for _ in range(5):
         visit.frame()
-        assert visit.found("scope-state").text == "waiting for an edge of if1.input1"
-        at_ns = visit.bench.now
-        visit.bench["if1"].pins["input1"].drive(True)
-        visit.run(3.0)
-        assert screen_of(visit).edges[0] == at_ns - S // 2
-
-        visit.choose("scope-trigger", "single")
+    assert "B − A 1 s   1/(B − A) 1 Hz   A moves" in visit.found("scope-times").text
+    visit.press("scope-edge-before")
+    assert cursors.a_ns == 0
+    for _ in range(5):
         visit.frame()
-        assert visit.found("scope-arm").visible
-        visit.press("scope-arm")
-        assert screen_of(visit).waiting
+    (row,) = visit.found("scope-readout").rows
+    assert row == {
+        "name": "if1.input1",
+        "unit": "",
+        "at": "–",
+        "now": "1",
+        "a": "0",
+        "b": "1",
+        "d": "1",
+        "low": "0",
+        "high": "1",
+        "mean": "0.2",
+    }
 
-    played(play)
-
-
-def test_the_value_and_signal_of_the_trigger():
-    def play(visit):
-        visit.choose("scope-trigger", "auto")
-        visit.choose("scope-trigger-signal", "if1.Y.velocity")
-        visit.choose("scope-value", 500)
-        trigger = screen_of(visit).trigger
-        assert (trigger.signal, trigger.value) == ("if1.Y.velocity", 500)
-
-    played(play)
-
-
-def test_cursors_by_clicks_keys_and_buttons_and_what_they_measure():
-    def play(visit):
-        visit.choose("scope-signals", "if1.input1")
-        visit.press("scope-show")
-        visit.run(2.5)
-        visit.bench["if1"].pins["input1"].drive(True)
-        visit.run(1.0)  # now 5 s, of which the latest 2 s are visible
-        visit.choose("scope-snap", False)
-        tell(visit, do="click", place=0.25)
-        tell(visit, do="click", place=0.75)
-        cursors = screen_of(visit).cursors
-        assert (cursors.a_ns, cursors.b_ns) == (3.5 * S, 4.5 * S)
-
-        visit.press("scope-pause")
-        tell(visit, do="key", key="a")
-        tell(visit, do="key", key="ArrowRight", shift=True)
-        assert cursors.a_ns == 3.5 * S + 2 * S // 800
-        tell(visit, do="drag", which="b", place=1.0)
-        tell(visit, do="click", place=0.0, other=True)
-        assert (cursors.a_ns, cursors.b_ns) == (3 * S, 5 * S)
-        visit.press("scope-cursor-a")
-        visit.press("scope-next-edge")
-        assert cursors.a_ns == 4 * S
-        for _ in range(5):
-            visit.frame()
-        assert "B − A 1 s   1/(B − A) 1 Hz   A moves" in visit.found("scope-times").text
-        visit.press("scope-edge-before")
-        assert cursors.a_ns == 0
-        for _ in range(5):
-            visit.frame()
-        (row,) = visit.found("scope-readout").rows
-        assert row == {
-            "name": "if1.input1",
-            "unit": "",
-            "at": "–",
-            "now": "1",
-            "a": "0",
-            "b": "1",
-            "d": "1",
-            "low": "0",
-            "high": "1",
-            "mean": "0.2",
-        }
-
-        tell(visit, do="key", key="Escape")
-        assert (cursors.a_ns, cursors.b_ns) == (None, None)
-
-    played(play)
+    tell(visit, do="key", key="Escape")
+    assert (cursors.a_ns, cursors.b_ns) == (None, None)
 
 
-def test_wheel_fingers_and_keys_zoom_and_move():
-    def play(visit):
-        screen = screen_of(visit)
-        tell(visit, do="zoom", factor=0.5, place=1.0)
-        assert screen.span_ns == S
-        tell(visit, do="key", key="-")
-        assert screen.span_ns == 2 * S
-        tell(visit, do="pan", part=-0.5)
-        assert screen.frozen is not None
-        before = screen.edges
-        tell(visit, do="key", key="ArrowLeft")
-        assert screen.edges[0] < before[0]
-        tell(visit, do="key", key=" ")
-        assert screen.frozen is None
-        tell(visit, do="key", key="Home")
-        assert screen.edges == (0, visit.bench.now)
-
-    played(play)
+@shown(scope, "if1", after=1.5)
+def test_wheel_fingers_and_keys_zoom_and_move(visit):
+    screen = screen_of(visit)
+    tell(visit, do="zoom", factor=0.5, place=1.0)
+    assert screen.span_ns == S
+    tell(visit, do="key", key="-")
+    assert screen.span_ns == 2 * S
+    tell(visit, do="pan", part=-0.5)
+    assert screen.frozen is not None
+    before = screen.edges
+    tell(visit, do="key", key="ArrowLeft")
+    assert screen.edges[0] < before[0]
+    tell(visit, do="key", key=" ")
+    assert screen.frozen is None
+    tell(visit, do="key", key="Home")
+    assert screen.edges == (0, visit.bench.now)
 
 
-def test_the_wheel_keeps_the_time_under_the_pointer_while_the_bench_is_paused():
-    def play(visit):
-        screen = screen_of(visit)
-        under_ns = screen.time_at(0.25)
-        tell(visit, do="zoom", factor=0.1, place=0.25)
-        assert screen.span_ns == 0.2 * S and screen.time_at(0.25) == under_ns
-        assert visit.found("scope-state").text == "view paused"
-
-    played(play)
+@shown(scope, "if1", after=1.5)
+def test_the_wheel_keeps_the_time_under_the_pointer_while_the_bench_is_paused(visit):
+    screen = screen_of(visit)
+    under_ns = screen.time_at(0.25)
+    tell(visit, do="zoom", factor=0.1, place=0.25)
+    assert screen.span_ns == 0.2 * S and screen.time_at(0.25) == under_ns
+    assert visit.found("scope-state").text == "view paused"
 
 
-def test_a_restart_ends_the_view_of_the_deleted_recording():
-    async def play(visit):
-        visit.run(5)
-        screen = screen_of(visit)
-        visit.press("scope-pause")
-        await visit.context.session.go_to(3.0)
-        visit.frame()
-        assert screen.frozen is not None, "the recording still exists"
-        visit.context.session.restart()
-        visit.context.session.pause()
-        visit.frame()
-        assert screen.frozen is None
-
-    show(bench_of("if1"), scope, play)
+@shown(scope, "if1")
+async def test_a_restart_ends_the_view_of_the_deleted_recording(visit):
+    visit.run(5)
+    screen = screen_of(visit)
+    visit.press("scope-pause")
+    await visit.context.session.go_to(3.0)
+    visit.frame()
+    assert screen.frozen is not None, "the recording still exists"
+    visit.context.session.restart()
+    visit.context.session.pause()
+    visit.frame()
+    assert screen.frozen is None
 
 
-def test_it_says_since_when_it_records():
-    async def play(visit):
-        visit.run(6)
-        visit.choose("scope-signals", "if1.led")
-        visit.press("scope-show")
-        visit.press("scope-all")
-        visit.frame()
-        assert visit.found("scope-state").text.startswith("recorded from 6 s on: to see earlier changes, go back to 0")
-        await visit.context.session.go_to(2.0)
-        visit.frame()
-        assert visit.found("scope-state").text == ""
-
-    show(bench_of("if1"), scope, play)
+@shown(scope, "if1")
+async def test_it_says_since_when_it_records(visit):
+    visit.run(6)
+    visit.choose("scope-signals", "if1.led")
+    visit.press("scope-show")
+    visit.press("scope-all")
+    visit.frame()
+    assert visit.found("scope-state").text.startswith("recorded from 6 s on: to see earlier changes, go back to 0")
+    await visit.context.session.go_to(2.0)
+    visit.frame()
+    assert visit.found("scope-state").text == ""
 
 
-def test_a_click_tells_its_lane():
-    def play(visit):
-        visit.choose("scope-signals", "if1.input1, if1.input2")
-        visit.press("scope-show")
-        pins, screen = visit.bench["if1"].pins, screen_of(visit)
-        pins["input1"].drive(True)
-        first_ns = visit.bench.now
-        visit.run(0.01)
-        pins["input2"].drive(True)
-        visit.run(1.0)
-        place = (first_ns + 8_000_000 - screen.edges[0]) / screen.span_ns
-        tell(visit, do="click", place=place, lane=0)
-        assert screen.cursors.a_ns == first_ns
-        tell(visit, do="click", place=place, lane=1)
-        assert screen.cursors.b_ns == first_ns + 10_000_000
-        tell(visit, do="drag", which="b", place=place, lane=0)
-        assert screen.cursors.b_ns == first_ns
-
-    played(play)
+@shown(scope, "if1", after=1.5)
+def test_a_click_tells_its_lane(visit):
+    visit.choose("scope-signals", "if1.input1, if1.input2")
+    visit.press("scope-show")
+    pins, screen = visit.bench["if1"].pins, screen_of(visit)
+    pins["input1"].drive(True)
+    first_ns = visit.bench.now
+    visit.run(0.01)
+    pins["input2"].drive(True)
+    visit.run(1.0)
+    place = (first_ns + 8_000_000 - screen.edges[0]) / screen.span_ns
+    tell(visit, do="click", place=place, lane=0)
+    assert screen.cursors.a_ns == first_ns
+    tell(visit, do="click", place=place, lane=1)
+    assert screen.cursors.b_ns == first_ns + 10_000_000
+    tell(visit, do="drag", which="b", place=place, lane=0)
+    assert screen.cursors.b_ns == first_ns
 
 
 @pytest.mark.parametrize(
@@ -374,30 +328,26 @@ def test_a_click_tells_its_lane():
     [{}, {"do": "zoom", "factor": "x"}, {"do": "zoom", "factor": None}, {"do": "size", "pixels": 1e300},
      {"do": "key", "key": None}, {"do": "click", "place": -7}],
 )  # fmt: skip
-def test_whatever_a_browser_says_does_no_harm(what):
-    def play(visit):
-        tell(visit, **what)
-        assert screen_of(visit).pixels in (800, 4096)
-
-    played(play)
+@shown(scope, "if1", after=1.5)
+def test_whatever_a_browser_says_does_no_harm(visit, what):
+    tell(visit, **what)
+    assert screen_of(visit).pixels in (800, 4096)
 
 
-def test_a_picture_is_sent_when_there_is_another_one_and_somebody_can_see_it(monkeypatch):
-    def play(visit):
-        sent = []
-        outbox = visit.user.client.outbox
-        monkeypatch.setattr(outbox, "enqueue_message", lambda kind, data, _: sent.append(data["code"]))
-        visit.frame()
-        assert not sent
-        visit.run(0.1)
-        begin, _, picture = sent.pop().partition(",")
-        assert begin.startswith("axistwinScope.draw(")
-        assert [signal["name"] for signal in json.loads(picture[:-1])["signals"]] == list(screen_of(visit).names)
-        tell(visit, do="seen", seen=False)
-        visit.run(0.1)
-        assert not sent
-
-    played(play)
+@shown(scope, "if1", after=1.5)
+def test_a_picture_is_sent_when_there_is_another_one_and_somebody_can_see_it(visit, monkeypatch):
+    sent = []
+    outbox = visit.user.client.outbox
+    monkeypatch.setattr(outbox, "enqueue_message", lambda kind, data, _: sent.append(data["code"]))
+    visit.frame()
+    assert not sent
+    visit.run(0.1)
+    begin, _, picture = sent.pop().partition(",")
+    assert begin.startswith("axistwinScope.draw(")
+    assert [signal["name"] for signal in json.loads(picture[:-1])["signals"]] == list(screen_of(visit).names)
+    tell(visit, do="seen", seen=False)
+    visit.run(0.1)
+    assert not sent
 
 
 def test_it_is_as_it_was_when_somebody_comes_back_and_others_have_their_own():

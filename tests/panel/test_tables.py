@@ -9,7 +9,7 @@ from axistwin.drawings.table import PIECE, PIECES
 from axistwin.motion.profile import Profile, Segment
 from axistwin.panel.views.machines import machines
 
-from .showing import bench_of, show
+from .showing import bench_of, show, shown
 
 TRAVEL = {"limits": (0, 2000)}
 TABLE = bench_of("if2", X=TRAVEL, Y=TRAVEL)
@@ -43,73 +43,63 @@ def corners(shown):
     return [tuple(float(number) for number in corner.split(",")) for line in lines for corner in line.split()]
 
 
-def test_the_tool_goes_right_with_x_and_up_with_y():
-    def play(visit):
-        x, y = pixels(top(visit), "head")
-        go(visit, X=2000)
-        right, same = pixels(top(visit), "head")
-        assert (right > x, same) == (True, y)
-        go(visit, Y=1000)
-        assert pixels(top(visit), "head")[1] == pytest.approx(y - (right - x) / 2, abs=0.02)
-        assert pixels(top(visit), "bridge")[0] == right
-
-    show(TABLE, at, play)
+@shown(at, build=TABLE)
+def test_the_tool_goes_right_with_x_and_up_with_y(visit):
+    x, y = pixels(top(visit), "head")
+    go(visit, X=2000)
+    right, same = pixels(top(visit), "head")
+    assert (right > x, same) == (True, y)
+    go(visit, Y=1000)
+    assert pixels(top(visit), "head")[1] == pytest.approx(y - (right - x) / 2, abs=0.02)
+    assert pixels(top(visit), "bridge")[0] == right
 
 
-def test_its_trail_has_the_corners_of_its_way():
-    def play(visit):
-        x, y = pixels(top(visit), "head")
-        go(visit, X=2000)
-        go(visit, Y=2000)
-        right, upper = pixels(top(visit), "head")
-        expected = [(x, y), (right, y), (right, upper)]
-        assert corners(top(visit)) == [pytest.approx(corner, abs=0.06) for corner in expected]
-
-    show(TABLE, at, play)
+@shown(at, build=TABLE)
+def test_its_trail_has_the_corners_of_its_way(visit):
+    x, y = pixels(top(visit), "head")
+    go(visit, X=2000)
+    go(visit, Y=2000)
+    right, upper = pixels(top(visit), "head")
+    expected = [(x, y), (right, y), (right, upper)]
+    assert corners(top(visit)) == [pytest.approx(corner, abs=0.06) for corner in expected]
 
 
-def test_a_long_trail_is_drawn_in_pieces_of_which_only_the_last_changes():
-    def play(visit):
-        for number in range(PIECE + 10):
-            go(visit, **{"XY"[number % 2]: 10})
-        first = top(visit)["trail0", "points"]
-        assert len(first.split()) == PIECE + 1
-        assert top(visit)["trail1", "points"].split()[0] == first.split()[-1]
-        go(visit, X=10)
-        assert top(visit)["trail0", "points"] == first
-        assert len(corners(top(visit))) == PIECE + 10 + 1 + 1 + 1  # adjacent elements share a corner
-
-    show(TABLE, at, play)
+@shown(at, build=TABLE)
+def test_a_long_trail_is_drawn_in_pieces_of_which_only_the_last_changes(visit):
+    for number in range(PIECE + 10):
+        go(visit, **{"XY"[number % 2]: 10})
+    first = top(visit)["trail0", "points"]
+    assert len(first.split()) == PIECE + 1
+    assert top(visit)["trail1", "points"].split()[0] == first.split()[-1]
+    go(visit, X=10)
+    assert top(visit)["trail0", "points"] == first
+    assert len(corners(top(visit))) == PIECE + 10 + 1 + 1 + 1  # adjacent elements share a corner
 
 
-def test_the_tool_is_down_while_its_output_is_high_and_leaves_a_mark():
-    def play(visit):
-        output = visit.bench["if2"].pins["output1"]
-        assert (top(visit)["head", ".down"], top(visit)["tool", "text"]) == (False, "output1 low")
-        output.set(True)
-        visit.run(0.1)
-        assert (top(visit)["head", ".down"], top(visit)["tool", "text"]) == (True, "output1 high")
-        assert top(visit)["places", "d"].count("M") == 1
-        output.set(False)
-        go(visit, X=100)
-        assert not top(visit)["head", ".down"]
-        assert top(visit)["places", "d"].count("M") == 1
-
-    show(TABLE, at, play)
+@shown(at, build=TABLE)
+def test_the_tool_is_down_while_its_output_is_high_and_leaves_a_mark(visit):
+    output = visit.bench["if2"].pins["output1"]
+    assert (top(visit)["head", ".down"], top(visit)["tool", "text"]) == (False, "output1 low")
+    output.set(True)
+    visit.run(0.1)
+    assert (top(visit)["head", ".down"], top(visit)["tool", "text"]) == (True, "output1 high")
+    assert top(visit)["places", "d"].count("M") == 1
+    output.set(False)
+    go(visit, X=100)
+    assert not top(visit)["head", ".down"]
+    assert top(visit)["places", "d"].count("M") == 1
 
 
-def test_another_output_may_be_the_tool_or_none_and_the_person_keeps_it():
-    def play(visit):
-        visit.choose("if2 tool", "output3")
-        visit.bench["if2"].pins["output3"].set(True)
-        visit.run(0.1)
-        assert top(visit)["tool", "text"] == "output3 high"
-        assert visit.context.person.settings["if2 tool"] == "output3"
-        visit.choose("if2 tool", "")
-        visit.frame()
-        assert (top(visit)["head", ".down"], top(visit)["tool", "text"]) == (False, "")
-
-    show(TABLE, at, play)
+@shown(at, build=TABLE)
+def test_another_output_may_be_the_tool_or_none_and_the_person_keeps_it(visit):
+    visit.choose("if2 tool", "output3")
+    visit.bench["if2"].pins["output3"].set(True)
+    visit.run(0.1)
+    assert top(visit)["tool", "text"] == "output3 high"
+    assert visit.context.person.settings["if2 tool"] == "output3"
+    visit.choose("if2 tool", "")
+    visit.frame()
+    assert (top(visit)["head", ".down"], top(visit)["tool", "text"]) == (False, "")
 
 
 def test_three_dimensions_are_there_while_one_wants_them():
@@ -144,9 +134,7 @@ def test_whoever_wanted_three_dimensions_finds_them_again():
     show(TABLE, wanting, lambda visit: visit.user.find(kind=Scene))
 
 
-def test_one_axis_with_travel_makes_no_table():
-    def play(visit):
-        with pytest.raises(AssertionError, match="table"):
-            visit.found("table if2")
-
-    show(bench_of("if2", X=TRAVEL), at, play)
+@shown(at, "if2", X=TRAVEL)
+def test_one_axis_with_travel_makes_no_table(visit):
+    with pytest.raises(AssertionError, match="table"):
+        visit.found("table if2")

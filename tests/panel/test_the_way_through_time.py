@@ -9,7 +9,7 @@ from axistwin.panel.views.darkness import MODES
 from axistwin.panel.views.driving import driving
 from axistwin.scenes import Scene
 
-from .showing import bench_of, show, show_to
+from .showing import shown
 
 SCENE = """
 title = "A gate"
@@ -53,94 +53,80 @@ async def arrived(visit, seconds):
     await visit.until(lambda: session.seconds >= seconds and not visit.context.actions.busy)
 
 
-def test_a_scene_that_waits_is_paused_at_0_until_a_visitor_comes(context):
+@shown(driving)
+def test_a_scene_that_waits_is_paused_at_0_until_a_visitor_comes(visit, context):
     assert context.session._scene.waits
-
-    def play(visit):
-        context.session.wait()
-        visit.frame()
-        assert text(visit, "state") == "paused at 0 s until a browser or a host connects"
-        context.session.welcome()
-        visit.frame()
-        assert text(visit, "state").startswith("running")
-
-    show_to(context, driving, play)
+    context.session.wait()
+    visit.frame()
+    assert text(visit, "state") == "paused at 0 s until a browser or a host connects"
+    context.session.welcome()
+    visit.frame()
+    assert text(visit, "state").startswith("running")
 
 
-def test_planned_actions_are_shown_and_gone_to_until_the_scene_has_finished(context):
-    async def play(visit):
-        session = context.session
-        assert text(visit, "scene-title") == "A gate"
-        assert text(visit, "planned") == "script: input1 high at 10 s"
-        visit.press("go-planned")
-        await arrived(visit, 10)
-        assert visit.bench["gate"].pins["input1"].level
-        assert text(visit, "planned") == "script: gate input1 low, power off at 36,000.5 s"
-        session.speed = 1000
-        visit.press("run")
-        visit.press("go-planned")
-        await arrived(visit, 36_000.5)
-        await visit.until(lambda: session.running)
-        visit.frame()
-        assert not visit.bench["gate"].powered
-        assert text(visit, "planned") == "" and not seen(visit, "go-planned")
-        assert text(visit, "state") == "running: the scene has finished"
-
-    show_to(context, driving, play)
+@shown(driving)
+async def test_planned_actions_are_shown_and_gone_to_until_the_scene_has_finished(visit, context):
+    session = context.session
+    assert text(visit, "scene-title") == "A gate"
+    assert text(visit, "planned") == "script: input1 high at 10 s"
+    visit.press("go-planned")
+    await arrived(visit, 10)
+    assert visit.bench["gate"].pins["input1"].level
+    assert text(visit, "planned") == "script: gate input1 low, power off at 36,000.5 s"
+    session.speed = 1000
+    visit.press("run")
+    visit.press("go-planned")
+    await arrived(visit, 36_000.5)
+    await visit.until(lambda: session.running)
+    visit.frame()
+    assert not visit.bench["gate"].powered
+    assert text(visit, "planned") == "" and not seen(visit, "go-planned")
+    assert text(visit, "state") == "running: the scene has finished"
 
 
-def test_a_restart_can_be_undone_for_ten_seconds(context):
-    async def play(visit):
-        session = context.session
-        visit.press("go-planned")
-        await arrived(visit, 10)
-        session.do("gate", "input2", "high")
-        visit.run(1)
-        assert not seen(visit, "undo")
-        session.speed = 0.1
-        visit.press("restart")
-        assert session.running and session.seconds < 1 and list(session.journal) == []
-        assert seen(visit, "undo") and text(visit, "undo").startswith("Undo (")
-        visit.press("undo")
-        await visit.until(lambda: not session.running and len(list(session.journal)) == 1)
-        visit.frame()
-        assert session.recorded_seconds > 10 and not seen(visit, "undo")
-
-    show_to(context, driving, play)
+@shown(driving)
+async def test_a_restart_can_be_undone_for_ten_seconds(visit, context):
+    session = context.session
+    visit.press("go-planned")
+    await arrived(visit, 10)
+    session.do("gate", "input2", "high")
+    visit.run(1)
+    assert not seen(visit, "undo")
+    session.speed = 0.1
+    visit.press("restart")
+    assert session.running and session.seconds < 1 and list(session.journal) == []
+    assert seen(visit, "undo") and text(visit, "undo").startswith("Undo (")
+    visit.press("undo")
+    await visit.until(lambda: not session.running and len(list(session.journal)) == 1)
+    visit.frame()
+    assert session.recorded_seconds > 10 and not seen(visit, "undo")
 
 
-def test_an_undo_that_comes_too_late_is_not_offered(context, monkeypatch):
+@shown(driving)
+def test_an_undo_that_comes_too_late_is_not_offered(visit, context, monkeypatch):
     monkeypatch.setattr("axistwin.sessions.session.UNDO_S", -1.0)
-
-    def play(visit):
-        visit.press("restart")
-        assert not seen(visit, "undo")
-
-    show_to(context, driving, play)
+    visit.press("restart")
+    assert not seen(visit, "undo")
 
 
-def test_both_sliders_have_words():
-    def play(visit):
-        assert text(visit, "speed-words") == "speed max"
-        visit.choose("speed-box", "2.5")
-        visit.trigger("speed-box", "keydown.enter")
-        assert text(visit, "speed-words") == "speed \u00d72.5"
-        visit.run(28.6)
-        for _ in range(10):
-            visit.frame()
-        assert text(visit, "time-words") == "time 0 \u2026 28.6 s"
-
-    show(bench_of("if1"), driving, play)
+@shown(driving, "if1")
+def test_both_sliders_have_words(visit):
+    assert text(visit, "speed-words") == "speed max"
+    visit.choose("speed-box", "2.5")
+    visit.trigger("speed-box", "keydown.enter")
+    assert text(visit, "speed-words") == "speed \u00d72.5"
+    visit.run(28.6)
+    for _ in range(10):
+        visit.frame()
+    assert text(visit, "time-words") == "time 0 \u2026 28.6 s"
 
 
-def test_the_colours_are_selected_in_turn_and_kept_for_the_user():
-    def play(visit):
-        found = []
-        for _ in MODES:
-            found.append(visit.found("darkness").props["aria-label"])
-            visit.press("darkness")
-        assert found == ["colours: as the system", "colours: dark", "colours: light"]
+@shown(driving, "if1")
+def test_the_colours_are_selected_in_turn_and_kept_for_the_user(visit):
+    found = []
+    for _ in MODES:
+        found.append(visit.found("darkness").props["aria-label"])
         visit.press("darkness")
-        assert visit.context.person.settings["dark"] is True
-
-    show(bench_of("if1"), driving, play)
+    assert found == ["colours: as the system", "colours: dark", "colours: light"]
+    visit.press("darkness")
+    assert visit.context.person.settings["dark"] is True
