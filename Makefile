@@ -52,6 +52,7 @@ mutation: $(BIN)/lint-imports   ## the mutation score of all families, into benc
 
 test: $(BIN)/lint-imports
 	PYTHONPATH=src $(BIN)/pytest
+	PYTHONPATH=src $(BIN)/pytest -m slow
 
 bench: $(BIN)/lint-imports      ## ratios measured in one run
 	@for file in benchmarks/*.py; do PYTHONPATH=src $(BIN)/python $$file || exit 1; done

@@ -1,6 +1,6 @@
-"""Fixtures of all tests: a bench, and an IF1 that is initialised with `U61`; and the flag to record again.
+"""Fixtures of all tests: a bench, and an IF1 that is initialised with `U61`; the flag to record again; slow tests.
 
-Every file is `quick` unless it is slow: if only quick tests are requested, slow files are not even imported.
+`pytest` leaves out the tests that are marked `slow`; `pytest -m slow` runs only these, `pytest PATH` all in a path.
 """
 
 import gc
@@ -8,7 +8,6 @@ import marshal
 import os
 import sys
 from collections.abc import Callable, Iterator
-from functools import cache
 from pathlib import Path
 from typing import Any
 from zlib import crc32
@@ -30,50 +29,28 @@ TESTS = Path(__file__).parent
 BROWSER = "tests/panel/browser"
 COMPILES = TESTS / "cli" / "test_motors.py"
 PACKED = "packed"
-SLOW_FOLDERS = {"panel", "sessions", "basic", "drivers", "fmu", "integrations", "probing", "playground"}
-SLOW_FILES = {
-    "": "determinism docs fidelity numbers readme report storage tutorials",
-    "bus_hosts": "x86",
-    "cli": "board cli demo ending full_disk learn listening motors other_systems plot record run serve term way_in",
-    "compumotor": "closed_loop closed_loop_maintenance closed_loop_stall command_list decisions home interactions"
-    " manual_moves manual_programming manual_requests manual_sequences manual_stop moves outputs owners"
-    " state_machine streaming streaming_moments",
-    "conversations": "golden recorder",
-    "diagnostics": "check_agrees check_fix check_formats codes",
-    "digiplan": "anything at_every_moment backlash check command_list interpolation listing ramp sequence_properties"
-    " stored_state",
-    "editor": "editing lsp",
-    "examples": "scenes",
-    "fault_injection": "anywhere machines triggers",
-    "guide": "new shipped",
-    "links": "bus c_hosts comport fairness pty repeats rfc2217 tcp telnet urls",
-    "motion": "expansion profile step_queue",
-    "plant": "machine_units",
-    "plots": "plot_trace",
-    "robustness": "mutated_files mutation options same_instant",
-    "scenes": "scene_happenings",
-    "sim": "clock sampling serial",
-    "smartmotor": "arrays brake_model brakes cam cam_on_the_fly check decisions_motion encoder_edges f_functions"
-    " fault_handling follow host_mode host_streams image inputs_outputs interpreter interrupt_priority"
-    " interrupt_returns interrupt_roles interrupts jit kernel_properties kernel_reference limits listing"
-    " machine master_on_an_axis modes overheat pieces program program_store registers serial_data servo"
-    " servo_reference status_word trajectory",
-    "standin": "board driver hal protocol",
-    "sweeps": "cluster code_of_others engine journal sensitivity sentences sweeps_page tuning values",
-    "testing": "pytest_plugin twin",
-    "traces": "trace traces traces_page",
-}
-"""Files in which a test takes more than 5 ms on average, and all of them a quarter of a second; without `test_`."""
-
+LONG_FOLDERS = {"integrations", "cli", "drivers", "panel", "sweeps", "testing", "traces"}
+"""Folders whose tests start other programs, or run long: they come first if several processes share the work."""
 
 POSIX_ONLY = {"test_pty.py", "test_serialdev.py", "test_term.py"}
 """Files that import modules which Windows does not have; `test_other_systems.py` tests ports and terminals there."""
 
 
-def pytest_configure() -> None:
+def pytest_configure(config: pytest.Config) -> None:
     """Keep bytecode, whatever the environment says: otherwise each process of a test compiles all sources again."""
     sys.dont_write_bytecode = False
     os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
+    if whole(config) and not config.option.markexpr:
+        config.option.markexpr = "not slow"
+
+
+def whole(config: pytest.Config) -> bool:
+    """Return True if no path is given."""
+    return config.args_source is pytest.Config.ArgsSource.TESTPATHS
+
+
+def pytest_report_header(config: pytest.Config) -> str | None:
+    return "first, each process imports all tests: up to half a minute" if whole(config) else None
 
 
 @pytest.hookimpl(wrapper=True)
@@ -114,23 +91,11 @@ def pytest_make_collect_report(collector: pytest.Collector) -> Iterator[pytest.C
     return report
 
 
-@cache
-def is_slow(path: Path) -> bool:
-    *folders, file = path.relative_to(TESTS).with_suffix("").parts
-    names = SLOW_FILES.get("/".join(folders), "").split()
-    return file.removeprefix("test_") in names or not SLOW_FOLDERS.isdisjoint(folders)
-
-
-def pytest_ignore_collect(collection_path: Path, config: pytest.Config) -> bool | None:
-    if sys.platform == "win32" and collection_path.name in POSIX_ONLY:
-        return True
-    return True if config.option.markexpr == "quick" and is_slow(collection_path) else None
+def pytest_ignore_collect(collection_path: Path) -> bool | None:
+    return True if sys.platform == "win32" and collection_path.name in POSIX_ONLY else None
 
 
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
-    for item in items:
-        if not is_slow(item.path):
-            item.add_marker("quick")
     if hasattr(config, "workerinput"):
         items.sort(key=turn)
 
@@ -138,26 +103,20 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
 def turn(item: pytest.Item) -> tuple[int, int]:
     """Return the position of a test if several processes share the work: long units first, short ones last.
 
-    The second unit is a file that compiles the kernel, before a server in another unit needs it.  Files are mixed,
-    because the files of one folder often wait for the same kind of event, and the processor would be idle.
+    The second unit compiles the kernel, before a server in another unit needs it.  Files are mixed, because the files
+    of one folder often wait for the same kind of event, and the processor would be idle.
     """
+    if "browser" in item.path.parts:
+        return 0, 0
     if item.path == COMPILES:
         return 1, 0
-    if "browser" in item.path.parts:
-        return (0 if unit(item.nodeid).endswith("drill") else 2), 0
-    return (3 if is_slow(item.path) else 4), crc32(unit(item.nodeid).encode())
+    long = not LONG_FOLDERS.isdisjoint(item.path.relative_to(TESTS).parts)
+    return (2 if long else 3), crc32(unit(item.nodeid).encode())
 
 
-@cache
 def unit(nodeid: str) -> str:
-    """Return the unit of a test: its file, or all tests in a browser with the drill, or all with other machines.
-
-    Each of these two units starts a browser of its own.
-    """
-    file, _, rest = nodeid.partition("::")
-    if not file.startswith(BROWSER):
-        return file
-    return f"{BROWSER} {'drill' if 'drill' in rest.partition('[')[2] else 'others'}"
+    """Return the unit of a test: its file, or all tests in a browser, which share the browser and its servers."""
+    return BROWSER if nodeid.startswith(BROWSER) else nodeid.partition("::")[0]
 
 
 @pytest.hookimpl(optionalhook=True)

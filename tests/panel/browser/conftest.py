@@ -34,14 +34,19 @@ DESK, PHONE = {"width": 1280, "height": 900}, {"width": 360, "height": 740}
 """Sizes of a page."""
 
 
-@pytest.hookimpl(tryfirst=True)  # this must run before `-m browser` selects
+OPENS = "test_it_is_marked_virtual_and_runs_and_steps"
+"""The test that shows that the page opens; all others are slow."""
+
+
+@pytest.hookimpl(tryfirst=True)  # this must run before `-m` selects
 def pytest_collection_modifyitems(items):
     """Put the tests in a browser last, grouped by machine: the first test of a machine starts its program."""
     here = Path(__file__).parent
     inside = [item for item in items if item.path.is_relative_to(here)]
     for item in inside:
         item.add_marker(pytest.mark.browser)
-        item.add_marker(pytest.mark.timeout(300))
+        if not item.name.startswith(OPENS):
+            item.add_marker(pytest.mark.slow)
     items[:] = [*(item for item in items if item not in inside), *sorted(inside, key=_order)]
 
 
@@ -81,7 +86,7 @@ def _shown(scene, messages, *options):
             yield PANEL.match(line)[1]
         finally:
             program.send_signal(signal.SIGTERM)
-            program.communicate(timeout=30)
+            program.communicate(timeout=300)
     assert program.returncode == 0
     said = messages.read_text()
     assert "Traceback" not in said, said
