@@ -12,6 +12,8 @@ from axistwin import __version__
 from axistwin.cli import COMMANDS, axistwin, execute
 from axistwin.errors import LinkError, ProgramError, UsageError
 
+from ..command import PATIENCE_S
+
 
 @pytest.fixture
 def ending(monkeypatch):
@@ -99,7 +101,7 @@ def test_a_reader_that_goes_away_is_no_error():
     )  # fmt: skip
     assert program.stdout is not None
     program.stdout.close()
-    _, complaints = program.communicate(timeout=30)
+    _, complaints = program.communicate(timeout=PATIENCE_S)
     assert complaints == b""
 
 
@@ -112,7 +114,7 @@ def test_neither_version_nor_help_nor_a_bench_need_the_big_libraries():
         "import simpy, importlib.metadata; print(simpy.__version__ == importlib.metadata.version('simpy')); "
         "print(hasattr(simpy, 'no_such_name'))"
     )
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=30, check=True)
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=PATIENCE_S, check=True)
     assert done.stdout == "[]\nTrue\nFalse\n"
 
 
@@ -127,7 +129,7 @@ def test_a_server_answers_without_displays_checkers_and_files():
         "'controllers.digiplan.checker', 'controllers.smartmotor.language.image')]; "
         "print([name for name in names if name in sys.modules])"
     )
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=30, check=True)
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=PATIENCE_S, check=True)
     assert done.stdout == "b'0\\r'\n[]\n"
 
 
@@ -136,7 +138,9 @@ def test_a_server_answers_without_displays_checkers_and_files():
 def test_an_output_that_cannot_be_written_is_one_line(arguments):
     program = [sys.executable, "-c", "from axistwin.cli import main; main()"]
     with Path("/dev/full").open("w") as full:
-        ended = subprocess.run([*program, *arguments], stdout=full, stderr=subprocess.PIPE, text=True, timeout=30)
+        ended = subprocess.run(
+            [*program, *arguments], stdout=full, stderr=subprocess.PIPE, text=True, timeout=PATIENCE_S
+        )
     assert (ended.returncode, ended.stderr) == (1, "axistwin: the output cannot be written: no space left on device\n")
 
 

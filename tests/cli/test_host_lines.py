@@ -95,7 +95,7 @@ def test_the_request_by_hand(twin, model, scheme):
     """The request is typed as nc sends it, also where nc is not installed."""
     command, _, typed = printed(twin, scheme)["by hand"][0].partition("then:")
     program, host, port = command.split()
-    with serial.serial_for_url(f"socket://{host}:{port}", timeout=10) as hand:
+    with serial.serial_for_url(f"socket://{host}:{port}", timeout=300) as hand:
         hand.write(f"{typed.strip()}\n".encode())
         assert (program, hand.read_until(b"\n")) == ("nc", f"{STATUS}\n".encode())
 
@@ -106,7 +106,7 @@ def test_the_lines_for_c(twin, model, scheme, tmp_path):
         pytest.skip("no C compiler is here")
     (tmp_path / "HOST.c").write_text(C_HOST)
     script = "\n".join(printed(twin, scheme)["C"])
-    done = subprocess.run(script, shell=True, cwd=tmp_path, capture_output=True, text=True, timeout=50)
+    done = subprocess.run(script, shell=True, cwd=tmp_path, capture_output=True, text=True, timeout=300)
     assert (done.returncode, done.stdout, done.stderr) == (0, f"{STATUS}\n", "")
 
 

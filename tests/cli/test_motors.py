@@ -22,8 +22,6 @@ from axistwin.traces.trace import tracing
 from ..command import ended, run, serving
 from ..links.serving import dial
 
-pytestmark = pytest.mark.timeout(240)  # the first test compiles the kernel, which takes a loaded computer a minute
-
 MS = 10**6
 
 TALK = """\

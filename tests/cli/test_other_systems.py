@@ -132,7 +132,7 @@ def test_a_twin_in_a_python_program():
     words = """
 import axistwin
 with axistwin.serve("if1", speed="manual") as twin:
-    host = serial.serial_for_url(twin.ports["if1"], timeout=5)
+    host = serial.serial_for_url(twin.ports["if1"], timeout=300)
     twin.advance(1.5)
     host.write(b"(")
     twin.advance(0.1)

@@ -11,7 +11,7 @@ from axistwin.bench import Controller
 from axistwin.links import PortUrl, Server, parse
 from axistwin.sim.serial_port import Flow
 
-HOST_TIMEOUT_S = 10
+HOST_TIMEOUT_S = 300
 """Timeout in seconds after which a test fails."""
 
 

@@ -12,7 +12,7 @@ import pytest
 from axistwin.bus_hosts import C_FILES
 
 from . import appendix_d
-from .serving import Served
+from .serving import HOST_TIMEOUT_S, Served
 
 pytestmark = pytest.mark.skipif(not shutil.which("gcc"), reason="there is no C compiler")
 DOCS = (Path(__file__).parents[2] / "docs" / "bus.md").read_text(encoding="utf-8")
@@ -100,7 +100,7 @@ def compiled(directory, options, **sources):
         files[-1].write_text(text)
     program = directory / "host"
     words = ["gcc", *options, f"-I{C_FILES}", *files, C_FILES / "axistwin_bus.c", "-o", program]
-    made = subprocess.run(list(map(str, words)), capture_output=True, text=True, timeout=50)
+    made = subprocess.run(list(map(str, words)), capture_output=True, text=True, timeout=HOST_TIMEOUT_S)
     assert made.returncode == 0, made.stderr
     return program
 
@@ -110,13 +110,13 @@ def translated(file, text, *options):
     file.write_text(text)
     words = ["gcc", "-std=gnu89", *options, "-x", "c", "-c", file, "-o", file.with_suffix(".o")]
     return subprocess.run(
-        list(map(str, words)), capture_output=True, text=True, timeout=50, env={**os.environ, "LC_ALL": "C"}
+        list(map(str, words)), capture_output=True, text=True, timeout=HOST_TIMEOUT_S, env={**os.environ, "LC_ALL": "C"}
     )
 
 
 def run(program, bus):
     return subprocess.run(
-        [str(program)], env={**os.environ, "AXISTWIN_BUS": bus}, capture_output=True, text=True, timeout=30
+        [str(program)], env={**os.environ, "AXISTWIN_BUS": bus}, capture_output=True, text=True, timeout=HOST_TIMEOUT_S
     )
 
 
@@ -177,7 +177,7 @@ def test_a_bus_that_is_not_there_ends_the_program(host, where, words):
 
 
 def test_a_bus_that_another_host_has(bus, host):
-    with socket.create_connection((bus.host, bus.port), timeout=5) as first:
+    with socket.create_connection((bus.host, bus.port), timeout=HOST_TIMEOUT_S) as first:
         first.sendall(b"i\n")
         assert first.recv(10) == b"0\n"
         done = run(host, bus.address)
@@ -220,7 +220,7 @@ def test_the_bridge_answers_as_the_bus_socket_does(bus, tmp_path):
     requests = "".join(f"{request}\n\n" for request, _ in TALK)
     done = subprocess.run(
         [str(program)], input=requests, env={**os.environ, "AXISTWIN_BUS": bus.address}, capture_output=True,
-        text=True, timeout=30,
+        text=True, timeout=HOST_TIMEOUT_S,
     )  # fmt: skip
     answers = done.stdout.splitlines()
     assert (done.returncode, done.stderr, len(answers)) == (0, "", len(TALK))

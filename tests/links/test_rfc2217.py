@@ -6,7 +6,7 @@ import serialx
 
 from axistwin.sim.frames import UartFormat
 
-from .serving import Served, dial, receive
+from .serving import HOST_TIMEOUT_S, Served, dial, receive
 from .test_comport import COM_PORT, DO, WILL, sub
 
 pytestmark = pytest.mark.filterwarnings("ignore:set.* is deprecated:DeprecationWarning")  # pyserial's reader thread
@@ -34,7 +34,7 @@ def initialise(host):
 
 
 def test_pyserial_negotiates_format_lines_and_break(served, if1, url):
-    with serial.serial_for_url(str(url), timeout=5, **USUAL) as host:
+    with serial.serial_for_url(str(url), timeout=HOST_TIMEOUT_S, **USUAL) as host:
         assert if1.serial.host.format == UartFormat(9600, 8, "N", 2)
         initialise(host)
         host.apply_settings({"baudrate": 1200, "bytesize": 7, "parity": "E", "stopbits": 1})
@@ -56,7 +56,7 @@ def test_pyserial_negotiates_format_lines_and_break(served, if1, url):
 
 def test_pyserial_keeps_its_own_format_from_the_beginning(url):
     """The host uses 8 bits, even parity, 2 stop bits; until `U44` the interface receives 8 bits without parity."""
-    with serial.serial_for_url(str(url), 9600, parity="E", stopbits=2, timeout=5) as host:
+    with serial.serial_for_url(str(url), 9600, parity="E", stopbits=2, timeout=HOST_TIMEOUT_S) as host:
         host.write(b"(")
         assert host.read(2) == b"U\r"
         host.write(b"U44\r")
@@ -67,13 +67,13 @@ def test_pyserial_keeps_its_own_format_from_the_beginning(url):
 def test_a_host_that_waits_for_cts_gets_the_devices_dtr_if_asked_for(served, if1):
     """Control of data transfer: "the DTR line may be connected to the CTS input at the controller"."""
     url = served.open(if1, "rfc2217://127.0.0.1:0?cts=dtr")
-    with serial.serial_for_url(f"rfc2217://{url.address}", timeout=5, rtscts=True, **USUAL) as host:
+    with serial.serial_for_url(f"rfc2217://{url.address}", timeout=HOST_TIMEOUT_S, rtscts=True, **USUAL) as host:
         initialise(host)
         assert (host.dsr, host.cts) == (True, True)
 
 
 def test_serialx_negotiates_format_lines_and_break(served, if1, url):
-    with serialx.serial_for_url(str(url), 9600, stopbits=2, read_timeout=5) as host:
+    with serialx.serial_for_url(str(url), 9600, stopbits=2, read_timeout=HOST_TIMEOUT_S) as host:
         assert if1.serial.host.format == UartFormat(9600, 8, "N", 2)
         initialise(host)
         host.reconfigure_port(baudrate=2400)

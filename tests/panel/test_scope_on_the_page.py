@@ -371,7 +371,7 @@ def test_it_is_saved_as_a_file(mark, begins):
     async def play(visit):
         visit.run(1.5)
         visit.press(f"scope-save-{mark}")
-        answer = await visit.user.download.next(timeout=10)
+        answer = await visit.user.download.next(timeout=300)
         return answer.content
 
     assert show(bench_of("if1"), scope, play).startswith(begins)

@@ -6,7 +6,7 @@ from axistwin import Bench, Session
 from axistwin.links import parse
 from axistwin.sessions import DRAIN_EVERY
 
-HOST_TIMEOUT_S = 10
+from ..links.serving import HOST_TIMEOUT_S
 
 
 def if1() -> Bench:

@@ -44,7 +44,7 @@ def _build(source, mcu, cache):
     (cache / "config").write_text("\n".join(options) + "\n")
     for target in (["olddefconfig"], []):
         command = ["make", "-C", source, f"OUT={cache}/", f"KCONFIG_CONFIG={cache}/config", f"PYTHON={sys.executable}"]
-        subprocess.run([*command, *target], check=True, capture_output=True, timeout=50)
+        subprocess.run([*command, *target], check=True, capture_output=True, timeout=300)
 
 
 def functions(image):

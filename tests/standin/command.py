@@ -43,7 +43,7 @@ class StandInCommand:
     def again(self) -> "subprocess.CompletedProcess[bytes]":
         """Start the command again; return its end."""
         return subprocess.run(
-            self._command, cwd=self._folder, env=self._environment, capture_output=True, check=False, timeout=60
+            self._command, cwd=self._folder, env=self._environment, capture_output=True, check=False, timeout=300
         )
 
     def close(self) -> dict[str, object]:

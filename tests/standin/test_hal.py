@@ -239,24 +239,24 @@ def hal(tmp_path):
 
 def test_step_generators_of_hal_make_every_pulse(hal):
     sender, events = hal(HAL_FILE, {"table.X": 500})
-    ready = events.get(timeout=20)
+    ready = events.get(timeout=300)
     assert ready == Ready({"table.X": 500}, {"table.limit_plus": True})
     begin = time.monotonic() + 0.1
     sender.complete(begin)
     sender.queue("table.X", +1, begin + np.arange(1, 1001) / 5000)
     sender.queue("table.X", -1, begin + 0.25 + np.arange(1, 301) / 3000)
     sender.complete(begin + 0.4)
-    late = events.get(timeout=20)
+    late = events.get(timeout=300)
     assert late == Stopped(late.reason, {"table.X": 1200})
     assert late.reason.startswith("late by ")
     assert int(sender._halcmd("getp", "encoder.0.rawcounts")) == 1300  # edges at the step output
     sender.complete(time.monotonic() + 60)
     sender.resume("table")
     sender._halcmd("sets", "limit", "false")
-    changed = events.get(timeout=20)
+    changed = events.get(timeout=300)
     assert isinstance(changed, InputChanged)
     assert (changed.to, changed.level) == ("table.limit_plus", False)
-    assert events.get(timeout=20) == Stopped(
+    assert events.get(timeout=300) == Stopped(
         "table.limit_plus stopped the motion", {"table.X": 1200}, "table.limit_plus"
     )
     sender.shut_down()
@@ -271,7 +271,7 @@ def test_step_generators_of_hal_make_every_pulse(hal):
 )
 def test_a_wrong_hal_file_is_an_error(hal, text, reason):
     _, events = hal(text)
-    failed = events.get(timeout=20)
+    failed = events.get(timeout=300)
     assert isinstance(failed, Failed)
     assert failed.reason.startswith(reason)
 

@@ -118,7 +118,7 @@ def test_a_journal_that_cannot_be_written_refuses_the_start_and_stays_as_it_is(t
 def test_a_disk_that_is_full_for_a_while_costs_lines_but_not_the_positions(path, journal):
     with Filled(journal):
         journal.note("pulses table.X +1 100 100 2 0")
-        line = journal.told.get(timeout=60)
+        line = journal.told.get(timeout=300)
     assert line.startswith(f"journal {path} cannot be written (no space left on device): the run goes on; make room")
     assert journal.end({"table.X": 1, "table.Y": 2})
     assert last_positions(path, AXES) == {"table.X": 1, "table.Y": 2}

@@ -29,12 +29,12 @@ def page():
 
 
 def read(page, path=""):
-    with urlopen(page.url + path, timeout=20) as answer:
+    with urlopen(page.url + path, timeout=300) as answer:
         return answer.headers["Content-Type"], answer.read().decode()
 
 
 def post(page, **headers):
-    client = http.client.HTTPConnection(urlsplit(page.url).netloc, timeout=20)
+    client = http.client.HTTPConnection(urlsplit(page.url).netloc, timeout=300)
     client.request("POST", "/stop", body=b"x" * 10, headers={key.replace("_", "-"): headers[key] for key in headers})
     answer = client.getresponse()
     client.close()
@@ -43,7 +43,7 @@ def post(page, **headers):
 
 def connect(page):
     url = urlsplit(page.url)
-    return socket.create_connection((url.hostname, url.port), timeout=60)
+    return socket.create_connection((url.hostname, url.port), timeout=300)
 
 
 def raw(page, data):
@@ -61,7 +61,7 @@ def test_the_page_shows_the_state_and_stops(page):
     assert page.stops == []
     assert post(page) == (303, "/")
     assert page.stops == ["stop"]
-    client = http.client.HTTPConnection(urlsplit(page.url).netloc, timeout=20)
+    client = http.client.HTTPConnection(urlsplit(page.url).netloc, timeout=300)
     client.request("GET", "/other")
     assert client.getresponse().status == 404
     client.close()
@@ -151,7 +151,7 @@ def test_visitors_that_leave_at_once_cost_nothing(page, capfd):
 
 def test_the_stop_works_while_the_emulation_is_busy(page):
     """This thread calculates without a pause until the stop from another process comes."""
-    code = f"from urllib.request import *; urlopen(Request({page.url!r} + 'stop', method='POST'), timeout=20)"
+    code = f"from urllib.request import *; urlopen(Request({page.url!r} + 'stop', method='POST'), timeout=300)"
     with subprocess.Popen([sys.executable, "-c", code]) as process:
         while not page.stops and process.poll() is None:
             sum(range(1000))

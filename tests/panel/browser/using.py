@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import pytest
 from playwright.sync_api import expect
 
-PATIENCE_MS = 20_000
+PATIENCE_MS = 240_000
 QUIET = """async ([states, patience, frame]) => {
   if (frame) await new Promise(requestAnimationFrame);
   const state = () => document.body.dataset.state;
