@@ -70,16 +70,13 @@ def _names(models: Sequence[str]) -> list[str]:
 
 
 def _scene(answers: Answers, names: Sequence[str], programs: Sequence[str]) -> Iterator[str]:
-    yield "# A new scene.  All keys are described by `axistwin docs scenes`."
-    yield "#"
+    yield "# A new scene.  All keys are described by `axistwin docs scenes`.\n#"
     if answers.host != OUTSIDE:
         yield "#     axistwin run scene.toml                   the programs below, at full speed"
     if answers.host != INSIDE:
         yield "#     axistwin serve scene.toml                 the ports below, for your own host program"
     yield "#     axistwin serve scene.toml --panel 8080    the bench in a browser, http://127.0.0.1:8080/"
-    yield "#     axistwin check scene.toml                 errors in this file"
-    yield ""
-    yield 'title = "A new scene"'
+    yield '#     axistwin check scene.toml                 errors in this file\n\ntitle = "A new scene"'
     ports = _ports(answers)
     for index, (model, name) in enumerate(zip(answers.models, names, strict=True)):
         yield from ("", "[[controller]]", f'model = "{model}"', f'name = "{name}"')
@@ -125,33 +122,33 @@ def _programs(answers: Answers, names: Sequence[str]) -> Iterator[tuple[str, str
     distance = min(answers.travel // 2, 4000)
     for model, name in zip(answers.models, names, strict=True):
         family = FAMILIES[model]
-        write = {"digiplan": _command_lines, "compumotor": _board_commands, "smartmotor": _source}[family]
-        yield f"{name}{SUFFIXES[family]}", "\n".join(write(answers, distance)) + "\n"
+        moves = "\n".join(f"{axis}{distance}@1000$\n{axis}-{distance}$" for axis in DIGIPLAN_AXES[: answers.axes])
+        yield f"{name}{SUFFIXES[family]}", PROGRAMS[family].format(distance=distance, moves=moves)
 
 
-def _command_lines(answers: Answers, distance: int) -> Iterator[str]:
-    yield "; Each axis moves there and back.  The initialisation is done first."
-    for axis in DIGIPLAN_AXES[: answers.axes]:
-        yield f"{axis}{distance}@1000$"
-        yield f"{axis}-{distance}$"
-    yield "K                       ; the faults: 0 if there are none"
-
-
-def _board_commands(_: Answers, distance: int) -> Iterator[str]:
-    yield "; The motor moves there and back."
-    yield "default_velocity_and_acceleration 00 5000 50000"
-    yield f"go_relative {distance}"
-    yield f"go_relative -{distance}"
-    yield "position_from_absolute_zero"
-
-
-def _source(_: Answers, distance: int) -> Iterator[str]:
-    yield "' The motor moves there and back, within its limit switches."
-    yield "ZS"
-    yield "MP A=800 V=400000"
-    yield f"P={distance} G TWAIT"
-    yield 'PRINT("there ",@P,#13)'
-    yield "WAIT=800                ' samples"
-    yield "P=0 G TWAIT"
-    yield 'PRINT("home ",@P,#13)'
-    yield "END"
+PROGRAMS = {
+    "digiplan": """\
+; Each axis moves there and back.  The initialisation is done first.
+{moves}
+K                       ; the faults: 0 if there are none
+""",
+    "compumotor": """\
+; The motor moves there and back.
+default_velocity_and_acceleration 00 5000 50000
+go_relative {distance}
+go_relative -{distance}
+position_from_absolute_zero
+""",
+    "smartmotor": """\
+' The motor moves there and back, within its limit switches.
+ZS
+MP A=800 V=400000
+P={distance} G TWAIT
+PRINT("there ",@P,#13)
+WAIT=800                ' samples
+P=0 G TWAIT
+PRINT("home ",@P,#13)
+END
+""",
+}
+"""The first program of a controller, by family."""
