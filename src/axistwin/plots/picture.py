@@ -1,6 +1,6 @@
 """Draw a chart on the screen, or to an SVG or PNG file."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from io import BytesIO
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -49,38 +49,31 @@ def check_suffix(path: Path) -> None:
 def save(chart: Chart, path: Path) -> None:
     """Draw a chart to an SVG or PNG file.  Raises UsageError if the file cannot be written."""
     check_suffix(path)
-    import matplotlib as mpl
-
-    with mpl.rc_context(STYLE):
-        from matplotlib.figure import Figure
-
-        write_figure(_Picture(chart).draw(Figure()), path)
+    write_figure(_Picture(chart).draw, path)
 
 
 def as_svg(chart: Chart) -> str:
     """Return a chart as an SVG element for an HTML page."""
-    import matplotlib as mpl
-
-    with mpl.rc_context(STYLE):
-        from matplotlib.figure import Figure
-
-        text = _rendered(_Picture(chart).draw(Figure()), "svg").decode()
+    text = _rendered(_Picture(chart).draw, "svg").decode()
     return text[text.index("<svg") :]
 
 
-def write_figure(figure: "Figure", path: Path) -> None:
-    """Write a Matplotlib figure to an SVG or PNG file.  Raises AxistwinError if the file cannot be written."""
-    _write(path, _rendered(figure, path.suffix.lstrip(".")))
+def write_figure(draw: Callable[["Figure"], object], path: Path) -> None:
+    """Draw a Matplotlib figure to an SVG or PNG file.  Raises AxistwinError if the file cannot be written."""
+    write_file(path, _rendered(draw, path.suffix.lstrip(".")), f"cannot write the picture to {path}")
 
 
-def _rendered(figure: "Figure", form: str) -> bytes:
+def _rendered(draw: Callable[["Figure"], object], form: str) -> bytes:
+    import matplotlib as mpl
+
     picture = BytesIO()
-    figure.savefig(picture, format=form, dpi=150, metadata={"Date": None} if form == "svg" else {})
+    with mpl.rc_context(STYLE):
+        from matplotlib.figure import Figure
+
+        figure = Figure()
+        draw(figure)
+        figure.savefig(picture, format=form, dpi=150, metadata={"Date": None} if form == "svg" else {})
     return picture.getvalue()
-
-
-def _write(path: Path, data: bytes) -> None:
-    write_file(path, data, f"cannot write the picture to {path}")
 
 
 def show(chart: Chart) -> None:

@@ -3,7 +3,6 @@
 import re
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import partial
 from typing import Any
 
 import numpy as np
@@ -92,11 +91,10 @@ class _Reader:
     def single(self) -> Condition:
         if self.take("not"):
             inner = self.single()
-            truth, margin = (
-                partial(_mapped, inner.truth, lambda x: 1 - x),
-                partial(_mapped, inner.robustness, np.negative),
-            )
-            return Condition(self.text, inner.signals, truth, margin)
+            return Condition(
+                self.text, inner.signals, lambda record: inner.truth(record).map(lambda x: 1 - x),
+                lambda record: inner.robustness(record).map(np.negative),
+            )  # fmt: skip
         if self.take("("):
             inner = self.either()
             if not self.take(")"):
@@ -109,7 +107,7 @@ class _Reader:
         name = self.take()
         if not name or name in "()|<>=" or (magnitude and not self.take("|")):
             raise self.wrong()
-        series = partial(_magnitude if magnitude else _plain, name)
+        series = series_of(name, magnitude=magnitude)
         if level := self.take("high", "low"):
             return self._of(name, series, *_level(level == "high"))
         sign, number = self.take(*_SIGNS), self.take()
@@ -118,30 +116,20 @@ class _Reader:
         return self._of(name, series, *comparison(sign, number))
 
     def _of(self, name: str, series: Callable[[Recording], Series], truth: Compare, margin: Compare) -> Condition:
-        return Condition(self.text, (name,), partial(_mapped, series, truth), partial(_mapped, series, margin))
+        return Condition(
+            self.text, (name,), lambda record: series(record).map(truth), lambda record: series(record).map(margin)
+        )
 
     def _joined(self, one: Condition, other: Condition, function: Callable[..., Any]) -> Condition:
-        truth = partial(_combined, function, one.truth, other.truth)
-        margin = partial(_combined, function, one.robustness, other.robustness)
-        return Condition(self.text, (*one.signals, *other.signals), truth, margin)
+        return Condition(
+            self.text, (*one.signals, *other.signals),
+            lambda record: combined(function, one.truth(record), other.truth(record)),
+            lambda record: combined(function, one.robustness(record), other.robustness(record)),
+        )  # fmt: skip
 
 
-def _plain(name: str, record: Recording) -> Series:
-    return record.series(name)
-
-
-def _magnitude(name: str, record: Recording) -> Series:
-    return record.series(name).map(np.abs)
-
-
-def _mapped(series: Callable[[Recording], Series], function: Compare, record: Recording) -> Series:
-    return series(record).map(function)
-
-
-def _combined(
-    function: Callable[..., Any],
-    one: Callable[[Recording], Series],
-    other: Callable[[Recording], Series],
-    record: Recording,
-) -> Series:
-    return combined(function, one(record), other(record))
+def series_of(name: str, *, magnitude: bool) -> Callable[[Recording], Series]:
+    """Return a function that returns a recorded signal or, if `magnitude`, its absolute value."""
+    if magnitude:
+        return lambda record: record.series(name).map(np.abs)
+    return lambda record: record.series(name)

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from axistwin.errors import TraceError
-from axistwin.plots.picture import ALARM, COLOURS, GREY, INK, STYLE, check_suffix, write_figure
+from axistwin.plots.picture import ALARM, COLOURS, GREY, INK, check_suffix, write_figure
 from axistwin.sweeps import sensitivity
 
 if TYPE_CHECKING:
@@ -37,15 +37,10 @@ def save(table: "pa.Table", plan: Mapping[str, Any], path: Path, title: str = ""
             f"{title or path} has no results to plot: expected a sweep that measures or checks a signal, "
             "e.g. --measure 'end: final table.X.position'"
         )
-    import matplotlib as mpl
-
-    with mpl.rc_context(STYLE):
-        from matplotlib.figure import Figure
-
-        write_figure(_drawn(Figure(), table, plan, names, title), path)
+    write_figure(lambda figure: _draw(figure, table, plan, names, title), path)
 
 
-def _drawn(figure: "Figure", table: "pa.Table", plan: Mapping[str, Any], names: Sequence[str], title: str) -> "Figure":
+def _draw(figure: "Figure", table: "pa.Table", plan: Mapping[str, Any], names: Sequence[str], title: str) -> None:
     paths = [path for path in plan["varied"] if _is_number(table, path)][:MOST_PATHS]
     shares = sensitivity.indices(table, plan)
     maps = len(paths) == 2 or bool(shares)
@@ -72,7 +67,6 @@ def _drawn(figure: "Figure", table: "pa.Table", plan: Mapping[str, Any], names: 
             _heat_map(figure, row[-1], paths, [_numbers(table[path].to_pylist()) for path in paths], values)
     if title:
         figure.suptitle(title, x=0.012, ha="left", fontsize=11, color=INK)
-    return figure
 
 
 def _is_number(table: "pa.Table", path: str) -> bool:

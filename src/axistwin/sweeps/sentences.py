@@ -14,7 +14,7 @@ import numpy as np
 from axistwin.errors import UsageError
 from axistwin.fault_injection.triggers import VERBS
 from axistwin.numbers import NumberError, real, shortened
-from axistwin.sweeps.conditions import Condition, comparison, condition
+from axistwin.sweeps.conditions import Condition, comparison, condition, series_of
 from axistwin.sweeps.recording import Recording
 from axistwin.sweeps.series import Series, combined, minimum
 from axistwin.units import S, to_ns
@@ -87,9 +87,7 @@ def _signal(text: str) -> tuple[str, Callable[[Recording], Series]]:
         raise UsageError(
             f"invalid signal {shortened(text)}: expected e.g. table.X.velocity, or |motor.RPE| for a magnitude"
         )
-    if text.startswith("|"):
-        return name, lambda record: record.series(name).map(np.abs)
-    return name, lambda record: record.series(name)
+    return name, series_of(name, magnitude=text.startswith("|"))
 
 
 def _final(text: str, parts: Mapping[str, str]) -> Sentence:

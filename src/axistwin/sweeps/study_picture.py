@@ -4,11 +4,12 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from axistwin.plots.picture import ALARM, COLOURS, GREY, INK, STYLE, check_suffix, write_figure
+from axistwin.plots.picture import ALARM, COLOURS, GREY, INK, check_suffix, write_figure
 from axistwin.sweeps.study import Trial, best
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
 _SIZE = 9.0, 3.4
 """Width and height of the whole picture in inches."""
@@ -17,19 +18,17 @@ _SIZE = 9.0, 3.4
 def save(plan: Mapping[str, Any], delivered: Trial, trials: Sequence[Trial], path: Path, title: str = "") -> None:
     """Plot a study to a PNG or SVG file.  Raises UsageError."""
     check_suffix(path)
-    import matplotlib as mpl
 
-    with mpl.rc_context(STYLE):
-        from matplotlib.figure import Figure
-
-        figure = Figure(_SIZE)
+    def draw(figure: "Figure") -> None:
+        figure.set_size_inches(_SIZE)
         figure.set_layout_engine("constrained")
         left, right = figure.subplots(1, 2)
         _scores(left, plan, delivered, trials)
         _results(right, plan, delivered, best(trials, plan["goal"]))
         if title:
             figure.suptitle(title, x=0.012, ha="left", fontsize=11, color=INK)
-        write_figure(figure, path)
+
+    write_figure(draw, path)
 
 
 def _scores(axes: "Axes", plan: Mapping[str, Any], delivered: Trial, trials: Sequence[Trial]) -> None:

@@ -97,10 +97,8 @@ def load(file: Path) -> SweepFile:
         if not isinstance(error, ValidationError):
             raise SceneError(f"invalid TOML ({error}): expected a sweep file", file=str(file)) from None
         first = error.errors()[0]
-        line, column = place_of(tuple(first["loc"]), places(text))
         key = ".".join(map(str, first["loc"]))
-        violated_rule = first["msg"].lower()
-        raise SceneError(f"invalid key {key}: {violated_rule}", file=str(file), line=line, column=column) from None
+        raise _placed(f"invalid key {key}: {first['msg'].lower()}", file, text, first["loc"]) from None
 
 
 def check(file: Path) -> None:
@@ -114,8 +112,7 @@ def check(file: Path) -> None:
     except AxistwinError as error:
         tables = ((key, name) for key in ("vary", "measure", "claim") for name in getattr(contents, key))
         at = next((keys for keys in tables if _names(str(error), keys[1])), ("design",))
-        line, column = place_of(at, places(text))
-        raise SceneError(message=str(error), file=str(file), line=line, column=column) from None
+        raise _placed(str(error), file, text, at) from None
 
 
 def _names(message: str, name: str) -> bool:
@@ -128,5 +125,9 @@ def _placing(file: Path, text: str, keys: tuple[str, ...], do: Callable[[], Any]
     except PlacedError:
         raise
     except AxistwinError as error:
-        line, column = place_of(keys, places(text))
-        raise SceneError(message=str(error), file=str(file), line=line, column=column) from None
+        raise _placed(str(error), file, text, keys) from None
+
+
+def _placed(message: str, file: Path, text: str, keys: tuple[str | int, ...]) -> SceneError:
+    line, column = place_of(keys, places(text))
+    return SceneError(message, file=str(file), line=line, column=column)
