@@ -59,7 +59,7 @@ def show_motion(drawing: Drawing, controller: Controller, name: str) -> int:
     axis = controller.axes[name]
     position, wanted = axis.position, axis.setpoint if isinstance(axis, ServoAxis) else axis.pulses
     drawing.flag("machine", "jammed", axis.jammed)
-    drawing.write("states", states(controller, name))
+    drawing.write("states", " \u00b7 ".join(_states(controller, name)))
     drawing.write("position", grouped(position))
     drawing.write("velocity", signed(round(axis.velocity)))
     if axis.units is not None:
@@ -70,11 +70,6 @@ def show_motion(drawing: Drawing, controller: Controller, name: str) -> int:
     if not isinstance(axis, ServoAxis) and axis.encoder_count is not None:
         drawing.write("encoder", grouped(axis.encoder_count))
     return wanted
-
-
-def states(controller: Controller, name: str) -> str:
-    """Return the faults of an axis as text, e.g. `jammed · out of step`.  The text is empty without faults."""
-    return " \u00b7 ".join(_states(controller, name))
 
 
 def _states(controller: Controller, name: str) -> Iterator[str]:

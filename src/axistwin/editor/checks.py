@@ -54,7 +54,11 @@ def actions(snapshot: Snapshot, wanted: lsp.Range) -> list[lsp.CodeAction]:
     source, found = _kept.get(snapshot.uri, ("", []))
     found = found if source == text.text else _checked(snapshot.uri, text)
     fixed = [(each.fix, _diagnostic(text, each)) for each in found if each.fix is not None]
-    return [_action(text, fix, diagnostic) for fix, diagnostic in fixed if _overlap(diagnostic.range, wanted)]
+    return [
+        _action(text, fix, diagnostic)
+        for fix, diagnostic in fixed
+        if diagnostic.range.start <= wanted.end and wanted.start <= diagnostic.range.end
+    ]
 
 
 def diagnose(text: Text) -> list[Diagnostic]:
@@ -90,10 +94,6 @@ def _diagnostic(text: Text, found: Diagnostic) -> lsp.Diagnostic:
         code=found.code,
         source="axistwin",
     )
-
-
-def _overlap(one: lsp.Range, other: lsp.Range) -> bool:
-    return one.start <= other.end and other.start <= one.end
 
 
 def _action(text: Text, fix: Fix, diagnostic: lsp.Diagnostic) -> lsp.CodeAction:

@@ -13,7 +13,6 @@ from axistwin.reports.columns import columns
 from axistwin.sim.pins import Pin, UserPin
 from axistwin.teaching.commands import own_command
 from axistwin.teaching.pupil import Pupil
-from axistwin.teaching.tutor import Tutor
 from axistwin.terminal.screen import Screen
 from axistwin.terminal.virtual import VirtualEnd
 from axistwin.units import to_seconds
@@ -125,17 +124,20 @@ class LocalCommands:
             case "init":
                 await self._initialise(self._virtual_end())
             case "tutor":
-                self._tutor().on = _switch(words)
+                self._virtual_end().tutor.on = _switch(words)
             case "store":
                 self._virtual_end().store(words)
-            case "task" | "show" if self.lesson is None:
-                raise UsageError(f":{name} works only in a lesson: start a lesson with axistwin learn MODEL")
+            case "task" if self.lesson is not None:
+                self.screen.show(self.lesson.task)
+            case "show" if self.lesson is not None:
+                self.screen.show(*(f"type  {line}" for line in self.lesson.solution))
             case "task" | "show":
-                self.screen.show(*self._lesson_lines(name))
+                raise UsageError(f":{name} works only in a lesson: start a lesson with axistwin learn MODEL")
             case "load":
                 self._virtual_end().load(words)
             case "drive":
-                self._drive(*words.partition(" ")[::2])
+                target, _, value = words.partition(" ")
+                self._virtual_end().do(target, value.strip())
             case "speed":
                 self._virtual_end().set_speed(read_speed(words))
             case _:
@@ -154,13 +156,6 @@ class LocalCommands:
         end = self._virtual_end()
         return end.inspect(lambda: list(read(end)))
 
-    def _lesson_lines(self, name: str) -> list[str]:
-        assert self.lesson is not None, "checked by the caller"
-        return [self.lesson.task] if name == "task" else [f"type  {line}" for line in self.lesson.solution]
-
-    def _tutor(self) -> Tutor:
-        return self._virtual_end().tutor
-
     async def _initialise(self, end: VirtualEnd) -> None:
         acts = 0
         steps = end.tutor.initialisation()
@@ -173,9 +168,6 @@ class LocalCommands:
                 end.send(act.data)
         if not acts:
             self.screen.show("the controller is ready: no initialisation is needed")
-
-    def _drive(self, target: str, value: str) -> None:
-        self._virtual_end().do(target, value.strip())
 
 
 def _switch(words: str) -> bool:

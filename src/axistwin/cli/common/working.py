@@ -1,7 +1,7 @@
 """Show the progress of a command on a terminal."""
 
 import sys
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from time import monotonic
@@ -37,3 +37,18 @@ def working(what: str | RunProgress) -> Iterator[None]:
 
     with Console(stderr=True).status(what):
         yield
+
+
+@contextmanager
+def counting(what: str, told: str) -> Iterator[Callable[[int, int, str], object] | None]:
+    """Show a progress bar on the terminal: yield a function of the number done, of all, and a text; None elsewhere."""
+    if not sys.stderr.isatty():
+        yield None
+        return
+    from rich.console import Console
+    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+
+    columns = (TextColumn(what), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
+    with Progress(*columns, TextColumn("{task.fields[told]}"), console=Console(stderr=True)) as bar:
+        task = bar.add_task(what, total=None, told=told)
+        yield lambda done, every, told: bar.update(task, completed=done, total=every, told=told)

@@ -1,6 +1,7 @@
 """`axistwin new`: a new scene from a few answers."""
 
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -65,12 +66,12 @@ def _answers(given: dict[str, str | None], *, asking: bool) -> Answers:
     models = answer("models", "Models, of if1, if2, 1810, 1811, smartmotor", "if1", new_scene.read_models)
     return Answers(
         models,
-        answer("axes", "Axes of each IF1 or IF2, 1 to 3 (other models have one)", "2", _axes),
+        answer("axes", "Axes of each IF1 or IF2, 1 to 3 (other models have one)", "2", partial(_whole, *_AXES)),
         answer(
             "travel",
             "Travel of each axis from 0 to the plus limit switch, in motor pulses or encoder counts",
             "20000",
-            _travel,
+            partial(_whole, *_TRAVEL),
         ),
         answer("host", "Host: scene (simulated), outside (your own program), both", new_scene.BOTH, _host),
         answer("port", "Port of the first controller", "tcp://127.0.0.1:5001", new_scene.read_port),
@@ -92,15 +93,11 @@ def _ask(question: str, default: str, read: Callable[[str], Any]) -> Any:
             raise
 
 
-def _axes(text: str) -> int:
-    return _whole("number of axes", text, 1, len(new_scene.DIGIPLAN_AXES), "2")
+_AXES = "number of axes", 1, len(new_scene.DIGIPLAN_AXES), "2"
+_TRAVEL = "travel", new_scene.LEAST_TRAVEL, new_scene.MOST_TRAVEL, "20000"
 
 
-def _travel(text: str) -> int:
-    return _whole("travel", text, new_scene.LEAST_TRAVEL, new_scene.MOST_TRAVEL, "20000")
-
-
-def _whole(quantity: str, text: str, low: int, high: int, example: str) -> int:
+def _whole(quantity: str, low: int, high: int, example: str, text: str) -> int:
     try:
         return whole(text, low, high)
     except NumberError:

@@ -1,20 +1,18 @@
 """`axistwin sweep`: run a scene many times with different values; measure, and test claims."""
 
 import json
-import sys
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
 import click
 
 from axistwin.cli.common.parameters import FILE, Number
+from axistwin.cli.common.working import counting
 from axistwin.errors import UsageError
 from axistwin.sweeps import journal
 from axistwin.sweeps.designs import DESIGNS
 from axistwin.sweeps.summary import lines, summary
-from axistwin.sweeps.sweep import Design, Progress, Sweep
+from axistwin.sweeps.sweep import Design, Sweep
 from axistwin.sweeps.sweep_file import is_sweep_file, load
 from axistwin.sweeps.workers import LIMIT_S
 
@@ -98,10 +96,14 @@ def sweep(target: Path, out: Path | None, as_text: bool, as_json: bool, **option
     run = {"seconds": seconds, "design": design, "workers": options["workers"], "limit": options["limit"]}
     run["scheduler"] = options["scheduler"]
     try:
-        with _progress() as progress:
-            made.run(out, **run, progress=progress, tell=lambda words: click.echo(f"axistwin: {words}", err=True))
+        with counting("runs", "0 failing") as show:
+            made.run(
+                out, **run, tell=lambda words: click.echo(f"axistwin: {words}", err=True),
+                progress=show and (lambda done, every, failing: show(done, every, f"{failing} failing")),
+            )  # fmt: skip
     except KeyboardInterrupt:
-        done = journal.read(out).num_rows if _has_parts(out) else 0
+        parts = any(out.with_name(f"{out.name}.parts").glob("part-*.parquet"))
+        done = journal.read(out).num_rows if parts else 0
         click.echo(f"axistwin: interrupted after {done:,} runs: the same command goes on from there", err=True)
         return 130
     return _summarise(out, as_text=as_text, as_json=as_json)
@@ -145,14 +147,11 @@ def _from_file(target: Path, options: dict[str, Any]) -> tuple[Sweep, Design, fl
     given = ("vary", "measure", "claim", "seconds", "design", "runs", "seed", "search", "program", "host")
     options_in_use = [f"--{'for' if name == 'seconds' else name}" for name in given if options[name] not in (None, ())]
     if options_in_use:
-        given_options, sweep_file = ", ".join(options_in_use), target
-        raise UsageError(f"{given_options} cannot be combined with a sweep file: set these values in {sweep_file}")
+        raise UsageError(
+            f"{', '.join(options_in_use)} cannot be combined with a sweep file: set these values in {target}"
+        )
     contents = load(target)
     return contents.sweep(target), contents.chosen(), contents.seconds
-
-
-def _has_parts(out: Path) -> bool:
-    return any(out.with_name(f"{out.name}.parts").glob("part-*.parquet"))
 
 
 def _summarise(out: Path, *, as_text: bool, as_json: bool) -> int:
@@ -174,24 +173,3 @@ def _summarise(out: Path, *, as_text: bool, as_json: bool) -> int:
         row = next(row for row in table.to_pylist() if row["ended"] == name)
         click.echo(f"axistwin: {count} runs ended by {name}, such as run {row['run']}: {row['notes']}", err=True)
     return 1 if failing or bad else 0
-
-
-@contextmanager
-def _progress() -> Iterator[Progress | None]:
-    if not sys.stderr.isatty():
-        yield None
-        return
-    from rich.console import Console
-    from rich.progress import BarColumn, MofNCompleteColumn, TextColumn, TimeRemainingColumn
-    from rich.progress import Progress as Bar
-
-    columns = (
-        TextColumn("runs"),
-        BarColumn(),
-        MofNCompleteColumn(),
-        TimeRemainingColumn(),
-        TextColumn("{task.fields[failing]} failing"),
-    )
-    with Bar(*columns, console=Console(stderr=True)) as bar:
-        task = bar.add_task("runs", total=None, failing=0)
-        yield lambda done, every, failing: bar.update(task, completed=done, total=every, failing=failing)

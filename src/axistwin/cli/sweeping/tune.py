@@ -1,22 +1,20 @@
 """`axistwin tune`: find the best values for the settings of a scene, such as gains."""
 
 import json
-import sys
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
 import click
 
 from axistwin.cli.common.parameters import FILE, Number
+from axistwin.cli.common.working import counting
 from axistwin.cli.sweeping.sweep import COUNT, named, path_and_values
 from axistwin.errors import UsageError
 from axistwin.sweeps import study_picture
 from axistwin.sweeps.designs import DESIGNS
 from axistwin.sweeps.study import Study, Trial, load
 from axistwin.sweeps.sweep import Design
-from axistwin.sweeps.tuning import Progress, Tuning
+from axistwin.sweeps.tuning import Tuning
 from axistwin.sweeps.workers import LIMIT_S
 
 
@@ -73,11 +71,12 @@ def tune(scene: Path, out: Path | None, plot: Path | None, trials: int, as_json:
     made = _made(scene, options)
     design = Design(options["design"], options["runs"], options["seed"])
     try:
-        with _progress() as progress:
+        with counting("trials", "") as show:
             study = made.run(
                 out, trials=trials, seed=options["seed"], design=design, seconds=options["seconds"],
-                workers=options["workers"], limit=options["limit"], progress=progress, scheduler=options["scheduler"],
+                workers=options["workers"], limit=options["limit"], scheduler=options["scheduler"],
                 tell=lambda words: click.echo(f"axistwin: {words}", err=True),
+                progress=show and (lambda done, every, *trials: show(done, every, _compared(*trials))),
             )  # fmt: skip
     except KeyboardInterrupt:
         done = len(load(out)[2]) if out.exists() else 0
@@ -139,21 +138,5 @@ def _words(trial: Trial) -> str:
     return f"{trial.score:.6g}" + (f", but {', '.join(failing)} fails" if failing else "")
 
 
-@contextmanager
-def _progress() -> Iterator[Progress | None]:
-    if not sys.stderr.isatty():
-        yield None
-        return
-    from rich.console import Console
-    from rich.progress import BarColumn, MofNCompleteColumn, TextColumn, TimeRemainingColumn
-    from rich.progress import Progress as Bar
-
-    columns = (TextColumn("trials"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
-    with Bar(*columns, TextColumn("{task.fields[told]}"), console=Console(stderr=True)) as bar:
-        task = bar.add_task("trials", total=None, told="")
-
-        def show(done: int, every: int, found: Trial | None, delivered: Trial) -> None:
-            told = f"best {'-' if found is None else f'{found.score:.6g}'}, delivered {delivered.score:.6g}"
-            bar.update(task, completed=done, total=every, told=told)
-
-        yield show
+def _compared(found: Trial | None, delivered: Trial) -> str:
+    return f"best {'-' if found is None else f'{found.score:.6g}'}, delivered {delivered.score:.6g}"
