@@ -139,15 +139,9 @@ class Bench:
         return True
 
     def add(
-        self,
-        model: str,
-        name: str | None = None,
-        *,
-        state: str | Path | None = None,
-        line: str | UartFormat | None = None,
-        history: int = HISTORY,
-        **options: Any,
-    ) -> Controller:
+        self, model: str, name: str | None = None, *, state: str | Path | None = None,
+        line: str | UartFormat | None = None, history: int = HISTORY, **options: Any,
+    ) -> Controller:  # fmt: skip
         """Add a controller to the bench, and switch its power on.
 
         `state`: directory for its persistent memory (None: memory lasts as long as the bench).  `line`: the host's UART
@@ -194,14 +188,9 @@ class Bench:
         return self._share("rs485", "rs485", shared_pair, [motor._rs485_uart() for motor in motors], motors, name)
 
     def _share(
-        self,
-        channel: str,
-        method: str,
-        wiring: Callable[..., Wiring],
-        uarts: list[Uart],
-        motors: tuple[Controller, ...],
-        name: str | None,
-    ) -> SerialPort:
+        self, channel: str, method: str, wiring: Callable[..., Wiring], uarts: list[Uart],
+        motors: tuple[Controller, ...], name: str | None,
+    ) -> SerialPort:  # fmt: skip
         if not motors:
             raise UsageError(f"{method}() was called without motors: expected one or more motors of the bench")
         for motor in motors:

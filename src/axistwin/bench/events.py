@@ -25,33 +25,33 @@ from axistwin.sim.serial_port import SerialPort
 
 
 @dataclass(frozen=True, slots=True)
-class Sent:
-    """Event: a host sends data.  On a bus, the data are one whole command."""
-
+class _Happening:
     time_ns: int
     controller: str
+
+
+@dataclass(frozen=True, slots=True)
+class Sent(_Happening):
+    """Event: a host sends data.  On a bus, the data are one whole command."""
+
     data: bytes
 
 
 @dataclass(frozen=True, slots=True)
-class Received:
+class Received(_Happening):
     """Event: a host has received a character; on a bus, a message is ready for the host."""
 
-    time_ns: int
-    controller: str
     data: bytes
     errors: LineError = LineError.NONE
 
 
 @dataclass(frozen=True, slots=True)
-class LevelChanged:
+class LevelChanged(_Happening):
     """Event: the level of a terminal has changed.  `driven`: True if a test lead forces the level.
 
     The lines of a serial connection are called `dtr` and `rts` at the device, `host.dtr` and `host.rts` at the host.
     """
 
-    time_ns: int
-    controller: str
     pin: str
     level: bool
     driven: bool = False
@@ -59,51 +59,41 @@ class LevelChanged:
 
 
 @dataclass(frozen=True, slots=True)
-class VoltageChanged:
+class VoltageChanged(_Happening):
     """Event: the voltage of an analog terminal has changed; a change of its level is reported first."""
 
-    time_ns: int
-    controller: str
     pin: str
     volts: float
     driven: bool = False
 
 
 @dataclass(frozen=True, slots=True)
-class LineBreak:
+class LineBreak(_Happening):
     """Event: a host has sent a break, which lasts `seconds`."""
 
-    time_ns: int
-    controller: str
     seconds: float
 
 
 @dataclass(frozen=True, slots=True)
-class FaultChanged:
+class FaultChanged(_Happening):
     """Event: a fault has begun or ended.  `act` and `words` describe the change as in a line of a conversation."""
 
-    time_ns: int
-    controller: str
     act: str
     words: str
 
 
 @dataclass(frozen=True, slots=True)
-class ManualAction:
+class ManualAction(_Happening):
     """Event: a person has acted on the machine.  The line `! act value` of a conversation repeats the action."""
 
-    time_ns: int
-    controller: str
     act: str
     value: str
 
 
 @dataclass(frozen=True, slots=True)
-class SettingChanged:
+class SettingChanged(_Happening):
     """Event: a setting of the host's serial port has changed; `! act value` repeats it in a conversation."""
 
-    time_ns: int
-    controller: str
     act: str
     value: str
 

@@ -103,16 +103,9 @@ def diagnose(
     last = [sent for sent in characters if sent.line == first.line][-1]
     end = max(last.column + last.width, first.column + 1)
     return Diagnostic(
-        first.line,
-        first.column,
-        rule.severity,
-        one_line(message),
-        chapter or rule.chapter,
-        rule.code,
-        first.line,
-        end,
-        fix,
-    )
+        first.line, first.column, rule.severity, one_line(message), chapter or rule.chapter, rule.code,
+        first.line, end, fix,
+    )  # fmt: skip
 
 
 def replaced(characters: Sequence[Sent], text: str) -> tuple[Edit, ...]:

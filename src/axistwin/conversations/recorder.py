@@ -57,15 +57,9 @@ class Recorder:
     """
 
     def __init__(
-        self,
-        bench: Bench,
-        headers: Mapping[str, str],
-        add: Callable[[Act], object] | None = None,
-        *,
-        grain_ns: int = 1,
-        raw: bool = False,
-        relayed: bool = False,
-    ) -> None:
+        self, bench: Bench, headers: Mapping[str, str], add: Callable[[Act], object] | None = None, *,
+        grain_ns: int = 1, raw: bool = False, relayed: bool = False,
+    ) -> None:  # fmt: skip
         self.bench, self.grain_ns, self.raw, self.relayed = bench, grain_ns, raw, relayed
         self.acts: list[Act] = []
         self._add = add or self.acts.append
@@ -270,14 +264,9 @@ def recording(bench: Bench) -> Iterator[Recorder]:
 
 @contextmanager
 def recording_to(
-    bench: Bench,
-    path: Path,
-    headers: Mapping[str, str] | None = None,
-    *,
-    grain_ns: int = 1,
-    raw: bool = False,
+    bench: Bench, path: Path, headers: Mapping[str, str] | None = None, *, grain_ns: int = 1, raw: bool = False,
     relayed: bool = False,
-) -> Iterator[Recorder]:
+) -> Iterator[Recorder]:  # fmt: skip
     """Record a conversation to a file, line by line.  Raises UsageError if the file cannot be written.
 
     A caller that is paced to real time calls the recorder's `catch_up` at intervals, to write the last reply.

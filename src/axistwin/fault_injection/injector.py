@@ -154,19 +154,9 @@ class Faults:
         return tuple(self._those)
 
     def add(
-        self,
-        kind: str,
-        on: str = "",
-        *,
-        name: str | None = None,
-        at: float | None = None,
-        when: str | None = None,
-        nth: int = 1,
-        duration: float | None = None,
-        seed: int | None = None,
-        here: str = "",
-        **parameters: Any,
-    ) -> Fault:
+        self, kind: str, on: str = "", *, name: str | None = None, at: float | None = None, when: str | None = None,
+        nth: int = 1, duration: float | None = None, seed: int | None = None, here: str = "", **parameters: Any,
+    ) -> Fault:  # fmt: skip
         """Add a fault to a serial line, pin, axis or controller.
 
         The fault begins now, or as `at` and `when` specify.  `at`: seconds since the bench was created.  `when`: an

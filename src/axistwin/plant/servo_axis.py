@@ -165,15 +165,9 @@ class ServoAxis:
     """Unit of positions."""
 
     def __init__(
-        self,
-        clock: Clock,
-        name: str,
-        *,
-        motor: "ServoMotor | None" = None,
-        load: "ServoLoad | None" = None,
-        limits: tuple[int, int] | None = None,
-        history: int = HISTORY,
-    ) -> None:
+        self, clock: Clock, name: str, *, motor: "ServoMotor | None" = None, load: "ServoLoad | None" = None,
+        limits: tuple[int, int] | None = None, history: int = HISTORY,
+    ) -> None:  # fmt: skip
         self.clock, self.name = clock, name
         self.limits = limits
         """The first and last position within the limit switches; None: no switches."""

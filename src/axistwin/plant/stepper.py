@@ -104,17 +104,10 @@ class StepperAxis:
     """Unit of positions."""
 
     def __init__(
-        self,
-        clock: Clock,
-        name: str,
-        *,
-        motor: StepperMotor | None = None,
-        load: Load | None = None,
-        encoder: EncoderData | None = None,
-        limits: tuple[int, int] | None = None,
-        home: tuple[int, int] | None = None,
+        self, clock: Clock, name: str, *, motor: StepperMotor | None = None, load: Load | None = None,
+        encoder: EncoderData | None = None, limits: tuple[int, int] | None = None, home: tuple[int, int] | None = None,
         history: int = HISTORY,
-    ) -> None:
+    ) -> None:  # fmt: skip
         self.clock, self.name, self.train = clock, name, Train(history)
         self.limits, self.home = limits, home
         """First and last position within the limit switches, and of the home switch; None: no switches."""

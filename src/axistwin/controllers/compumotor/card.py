@@ -1,8 +1,8 @@
 """The hardware of an 1810 or 1811: connectors and bus registers, with or without power (appendix C)."""
 
 from collections.abc import Callable, Mapping, Sequence
-from functools import lru_cache, partial
-from typing import TYPE_CHECKING
+from functools import lru_cache
+from importlib import import_module
 
 from axistwin.controllers.commandset import CommandSet
 from axistwin.controllers.compumotor.board import Board
@@ -22,10 +22,6 @@ from axistwin.sim.pins import CalculatedPin, Pin, SensedPin
 from axistwin.sim.progress import Progress
 from axistwin.sim.registers import RegisterPort
 from axistwin.sim.signal import Signal
-
-if TYPE_CHECKING:
-    from axistwin.controllers.diagnostics import Diagnostic, Rule, Session
-    from axistwin.controllers.front import Group
 
 PULLED_UP = (
     *(f"trigger{number}" for number in range(1, 7)),
@@ -195,48 +191,19 @@ def _orders(program: str) -> tuple[Order, ...]:
     )
 
 
-def _check(commands: CommandSet, sessions: "Sequence[Session]") -> "list[Diagnostic]":
-    from axistwin.controllers.compumotor.checker.program import check
-
-    return check(commands, sessions)
-
-
-def _rules() -> "tuple[Rule, ...]":
-    from axistwin.controllers.compumotor.rules import RULES
-
-    return RULES
-
-
-def _front(encoder: bool) -> "tuple[Group, ...]":
-    from axistwin.controllers.compumotor.front import FRONT, FRONT_1811
-
-    return FRONT_1811 if encoder else FRONT
-
-
 def _product(model: str, title: str, commands: CommandSet, *, encoder: bool) -> Product:
     def build(clock: Clock, axes: Mapping[str, StepperAxis], options: Options, _: Store) -> Card:
         return Card(clock, commands, axes["motor"], options, encoder=encoder)
 
     return Product(
-        model=model,
-        title=title,
-        commands=commands,
-        axes=("motor",),
-        options=Options,
-        build=build,
-        limit_pins=("ccw_limit", "cw_limit"),
-        closed_level=False,
-        drive_fault_pins={"motor": "shutdown_in"},
-        home_pin="home",
-        joystick=JoystickInputs(at_zero="at_zero", step="step_in", direction="direction_in"),
-        make_front=partial(_front, encoder),
-        check=partial(_check, commands),
-        make_rules=_rules,
-        language=Words(commands, model),
-        programs=SEQUENCES,
-        orders=_orders,
-        attend=Host,
-    )
+        model, title, commands, axes=("motor",), options=Options, build=build,
+        limit_pins=("ccw_limit", "cw_limit"), closed_level=False, drive_fault_pins={"motor": "shutdown_in"},
+        home_pin="home", joystick=JoystickInputs(at_zero="at_zero", step="step_in", direction="direction_in"),
+        make_front=lambda: getattr(import_module(f"{__package__}.front"), "FRONT_1811" if encoder else "FRONT"),
+        check=lambda sessions: import_module(f"{__package__}.checker.program").check(commands, sessions),
+        make_rules=lambda: import_module(f"{__package__}.rules").RULES,
+        language=Words(commands, model), programs=SEQUENCES, orders=_orders, attend=Host,
+    )  # fmt: skip
 
 
 PRODUCTS = {

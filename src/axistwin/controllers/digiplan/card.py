@@ -1,8 +1,7 @@
 """The installed interface card: terminals, RS232 plug and power switch (chapter Installation)."""
 
 from collections.abc import Callable, Mapping, Sequence
-from functools import partial
-from typing import TYPE_CHECKING
+from importlib import import_module
 
 from axistwin.controllers.digiplan.chapters.battery_backup import Retained
 from axistwin.controllers.digiplan.chapters.faults import ALARMS, CLOSED, DRIVES, MotionFault
@@ -36,10 +35,6 @@ from axistwin.sim.pins import CalculatedPin, Pin, connect
 from axistwin.sim.progress import Progress
 from axistwin.sim.serial import Uart
 from axistwin.sim.signal import Signal
-
-if TYPE_CHECKING:
-    from axistwin.controllers.diagnostics import Diagnostic, Rule, Session
-    from axistwin.controllers.front import Group
 
 OUTPUTS = tuple(f"output{number}" for number in range(1, 6))
 INPUTS = ("input1", "input2", "input3")
@@ -199,42 +194,17 @@ ORDERS = (
 """CR LF ends a message in both data formats: U ignores LF; in V, LF ends the message and CR is optional."""
 
 
-def _check(sessions: "Sequence[Session]", *, battery: bool) -> "list[Diagnostic]":
-    from axistwin.controllers.digiplan.checker.program import check
-
-    return check(sessions, battery=battery)
-
-
-def _rules() -> "tuple[Rule, ...]":
-    from axistwin.controllers.digiplan.rules import RULES
-
-    return RULES
-
-
-def _front() -> "tuple[Group, ...]":
-    from axistwin.controllers.digiplan.front import FRONT
-
-    return FRONT
-
-
 def _product(model: str, title: str, battery: bool) -> Product:
     return Product(
-        model=model,
-        title=title,
-        commands=COMMANDS,
-        axes=("X", "Y", "Z"),
-        options=Options,
+        model, title, COMMANDS, axes=("X", "Y", "Z"), options=Options,
         build=lambda clock, axes, options, store: Card(clock, axes, options, store if battery else NoBattery()),
-        check=partial(_check, battery=battery),
-        make_rules=_rules,
-        line=UartFormat(9600, 8, "N", 2),
-        limit_pins=("limit_minus", "limit_plus"),
+        check=lambda sessions: import_module(f"{__package__}.checker.program").check(sessions, battery),
+        make_rules=lambda: import_module(f"{__package__}.rules").RULES,
+        make_front=lambda: import_module(f"{__package__}.front").FRONT,
+        line=UartFormat(9600, 8, "N", 2), limit_pins=("limit_minus", "limit_plus"),
         drive_fault_pins={axis: pin for pin, axis in DRIVES.items()},
-        make_front=_front,
-        programs=(SEQUENCE,),
-        orders=lambda program: ORDERS,
-        most_lines=MOST_STEPS,
-    )
+        programs=(SEQUENCE,), orders=lambda program: ORDERS, most_lines=MOST_STEPS,
+    )  # fmt: skip
 
 
 PRODUCTS = {

@@ -1,8 +1,9 @@
 """The SmartMotor as a device: its terminals and plugs exist with and without power."""
 
 import re
-from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from collections.abc import Mapping
+from importlib import import_module
+from typing import Any
 
 from axistwin.controllers.product import Abilities, Order, Product, Refusal, Store
 from axistwin.controllers.smartmotor.chapters.faults import ALARMS, inhibition
@@ -25,10 +26,6 @@ from axistwin.sim.frames import UartFormat
 from axistwin.sim.pins import Pin, UserPin
 from axistwin.sim.serial import Uart
 from axistwin.sim.signal import Signal
-
-if TYPE_CHECKING:
-    from axistwin.controllers.diagnostics import Diagnostic, Rule, Session
-    from axistwin.controllers.front import Group
 
 ASLEEP = "asleep, so that it ignores all commands but WAKE"
 NOT_ADDRESSED = "not addressed: the last address byte was that of another motor"
@@ -140,24 +137,6 @@ class SmartMotor:
         self.pins["brake"].set(True)
 
 
-def _check(sessions: "Sequence[Session]") -> "list[Diagnostic]":
-    from axistwin.controllers.smartmotor.checker.program import check
-
-    return check(sessions)
-
-
-def _rules() -> "tuple[Rule, ...]":
-    from axistwin.controllers.smartmotor.rules import RULES
-
-    return RULES
-
-
-def _front() -> "tuple[Group, ...]":
-    from axistwin.controllers.smartmotor.front import FRONT
-
-    return FRONT
-
-
 NAME = re.compile(r"[A-Za-z]+|a[bwl]\[\d{1,3}\]", re.ASCII)
 """A variable, a parameter, a gain, or an element of an array."""
 GAINS = ("KP", "KI", "KD", "KL", "KS", "KV", "KA", "KG")
@@ -166,26 +145,13 @@ ORDERS = (
     Order("RUN", b"RUN\r", "Start the stored program from the top"),
     Order("END", b"END\r", "End the program; motion continues"),
 )
-PRODUCTS = {
-    "smartmotor": Product(
-        model="smartmotor",
-        title="Animatics SmartMotor, firmware 4.76",
-        commands=COMMANDS,
-        axes=("shaft",),
-        options=Options,
-        build=SmartMotor,
-        check=_check,
-        note=jit.note,
-        prepare=prepare,
-        prepared=prepared,
-        make_rules=_rules,
-        make_axis=servo_axis,
-        line=UartFormat(),
-        limit_pins=("D", "C"),
-        brake_pin="brake",
-        closed_level=False,
-        make_front=_front,
-        programs=(PROGRAM_NAME,),
-        orders=lambda program: ORDERS,
-    )
-}
+SMARTMOTOR = Product(
+    "smartmotor", "Animatics SmartMotor, firmware 4.76", COMMANDS, axes=("shaft",), options=Options,
+    build=SmartMotor, make_axis=servo_axis, note=jit.note, prepare=prepare, prepared=prepared,
+    check=lambda sessions: import_module(f"{__package__}.checker.program").check(sessions),
+    make_rules=lambda: import_module(f"{__package__}.rules").RULES,
+    make_front=lambda: import_module(f"{__package__}.front").FRONT,
+    line=UartFormat(), limit_pins=("D", "C"), brake_pin="brake", closed_level=False,
+    programs=(PROGRAM_NAME,), orders=lambda program: ORDERS,
+)  # fmt: skip
+PRODUCTS = {SMARTMOTOR.model: SMARTMOTOR}

@@ -67,14 +67,9 @@ class Processor(Dispatcher, ABC):
     """The state of a processor that is switched on, and the operations of all chapters on it."""
 
     def __init__(
-        self,
-        axis: ServoAxis,
-        pins: Mapping[str, UserPin],
-        brake_line: Pin,
-        uarts: tuple[Uart, Uart],
-        store: Store,
+        self, axis: ServoAxis, pins: Mapping[str, UserPin], brake_line: Pin, uarts: tuple[Uart, Uart], store: Store,
         options: Options,
-    ) -> None:
+    ) -> None:  # fmt: skip
         self.clock: Clock = brake_line.clock
         self.axis, self.pins, self.brake_line, self.store, self.options = axis, pins, brake_line, store, options
         self.core = Core(self.clock, self._act, options.host_buffer)

@@ -74,15 +74,9 @@ def move_bits(board: State) -> int:
     """Return the byte that command 88h reports: limits, home input, direction and phase of the motion."""
     phase = board.pulses.phase
     bits = (
-        board.limits.blocks(+1),
-        board.limits.blocks(-1),
-        _at_home_switch(board),
-        board.pulses.sign < 0,
-        board.moving,
-        phase is Phase.CONSTANT,
-        phase is Phase.ACCELERATING,
-        phase is Phase.DECELERATING,
-    )
+        board.limits.blocks(+1), board.limits.blocks(-1), _at_home_switch(board), board.pulses.sign < 0, board.moving,
+        phase is Phase.CONSTANT, phase is Phase.ACCELERATING, phase is Phase.DECELERATING,
+    )  # fmt: skip
     return sum(bit << number for number, bit in enumerate(bits))
 
 

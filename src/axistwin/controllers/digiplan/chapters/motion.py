@@ -35,14 +35,9 @@ class RampGenerator:
         self._unmade_before: dict[str, int] = {}
 
     def begin(
-        self,
-        profile: Profile,
-        ramp: Ramp,
-        directions: Mapping[str, int],
-        minor: Mapping[str, Fraction] | None = None,
-        *,
-        further: bool = False,
-    ) -> None:
+        self, profile: Profile, ramp: Ramp, directions: Mapping[str, int], minor: Mapping[str, Fraction] | None = None,
+        *, further: bool = False,
+    ) -> None:  # fmt: skip
         """Start the axes; `further`: True if the steps belong to the previous motion.
 
         `minor`: in an interpolation, the ratio of the rate of each minor axis to that of the profile.

@@ -14,20 +14,9 @@ SAMPLE_PERIOD = 24576
 FIRMWARE = 476
 
 LETTERS = {
-    s.M_OFF: "O",
-    s.M_BRAKE: "B",
-    s.M_ERROR: "E",
-    s.M_POSITION: "P",
-    s.M_RELATIVE: "R",
-    s.M_VELOCITY: "V",
-    s.M_TORQUE: "T",
-    s.M_FOLLOW: "F",
-    s.M_RATIO: "X",
-    s.M_STEP: "S",
-    s.M_STEP_RATIO: "X",
-    s.M_CAM: "C",
-    s.M_HOST: "H",
-}
+    s.M_OFF: "O", s.M_BRAKE: "B", s.M_ERROR: "E", s.M_POSITION: "P", s.M_RELATIVE: "R", s.M_VELOCITY: "V",
+    s.M_TORQUE: "T", s.M_FOLLOW: "F", s.M_RATIO: "X", s.M_STEP: "S", s.M_STEP_RATIO: "X", s.M_CAM: "C", s.M_HOST: "H",
+}  # fmt: skip
 
 
 def variable(motor: Processor, name: str) -> str:

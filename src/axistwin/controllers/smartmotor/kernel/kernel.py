@@ -199,18 +199,9 @@ def sample(i: Ints, v: Ints, f: Floats, ring: Ints, predicted: Ints) -> int:
 
 @sampled
 def advance(
-    i: Ints,
-    v: Ints,
-    f: Floats,
-    stack: Ints,
-    code: Sequence[int],
-    ring: Ints,
-    predicted: Ints,
-    shaft: Ints,
-    commanded: Ints,
-    log: Ints,
-    most: int,
-) -> int:
+    i: Ints, v: Ints, f: Floats, stack: Ints, code: Sequence[int], ring: Ints, predicted: Ints, shaft: Ints,
+    commanded: Ints, log: Ints, most: int,
+) -> int:  # fmt: skip
     """Compute up to `most` samples.  Return the reason for stopping.
 
     `predicted`: edges of the external encoder, see the slot PREDICTED.
