@@ -34,6 +34,7 @@ def site(tmp_path_factory):
     return out
 
 
+@pytest.mark.slow
 @pytest.mark.timeout(240)
 def test_every_code_and_every_command_is_listed(site):
     page = (site / "diagnostics.html").read_text(encoding="utf-8")

@@ -26,7 +26,7 @@ def raised(what):
         what(asyncio.get_running_loop(), ended)
         for _ in range(5):
             await asyncio.sleep(0)
-            gc.collect()  # a deleted task reports an error that was not retrieved
+            gc.collect(1)  # a deleted task reports an error that was not retrieved
         return ended.exception() if ended.done() else None
 
     return asyncio.run(served())

@@ -66,6 +66,7 @@ def free_port() -> int:
         return made.getsockname()[1] % 20_000 + 30_000
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "words",
     [
@@ -119,6 +120,7 @@ BODY = '{"jsonrpc":"2.0","id":1,"method":"initialize","params":{"processId":null
 START = f"Content-Length: {len(BODY)}\r\n\r\n{BODY}"
 
 
+@pytest.mark.slow
 def test_a_stand_in_listens_on_its_ports_and_its_page(tmp_path):
     run = StandInCommand(tmp_path, STAND_IN, "--panel", "0")
     try:

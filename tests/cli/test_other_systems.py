@@ -66,6 +66,7 @@ def read(descriptor, count):
     return data
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("elsewhere", ["import nicegui, uvicorn"], indirect=True)
 def test_ports_on_tcp_and_a_panel_until_ctrl_c(elsewhere):
     pytest.importorskip("nicegui", reason="the extra [panel] is not installed")

@@ -65,6 +65,7 @@ def make(engine, prefix, name):
 """
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("make", "libraries"),
     [(OPHYD, ["ophyd", "epics"]), (OPHYD_ASYNC.replace("SCHEME", "ca"), ["ophyd_async", "aioca"]),
@@ -101,6 +102,7 @@ print(json.dumps(found))
 """
 
 
+@pytest.mark.slow
 def test_pyepics_moves_jogs_and_stops(ioc):
     needs("epics")
     found = client(ioc, PYEPICS)
@@ -135,6 +137,7 @@ print(json.dumps(found))
 """
 
 
+@pytest.mark.slow
 def test_caproto_reads_and_writes_fields_pins_and_registers(ioc):
     found = client(ioc, CAPROTO)
     too_fast, too_far = found.pop("refused")
@@ -165,6 +168,7 @@ print(json.dumps(found))
 """
 
 
+@pytest.mark.slow
 def test_p4p_moves_by_pv_access(ioc):
     needs("p4p")
     found = client(ioc, P4P)
@@ -275,6 +279,7 @@ SEEN = {
 """What a client library makes of the answers, as in the table of `docs/ioc.md`."""
 
 
+@pytest.mark.slow
 @pytest.mark.timeout(300)
 @pytest.mark.parametrize("library", SEEN)
 def test_each_client_library_and_the_outcome_of_a_move(ioc, library):

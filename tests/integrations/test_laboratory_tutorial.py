@@ -55,6 +55,7 @@ class Shell:
         process.stdout.close()
 
 
+@pytest.mark.slow
 @pytest.mark.timeout(120)
 @pytest.mark.parametrize("title", SECTIONS)
 def test_a_section_prints_what_it_shows(title, tmp_path):

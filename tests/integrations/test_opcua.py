@@ -154,6 +154,7 @@ def signing(folder, name):
     return SIGN.strip().replace("FOLDER", str(folder)).replace("NAME", name)
 
 
+@pytest.mark.slow
 @pytest.mark.timeout(200)
 def test_users_and_certificates(scene_file, tmp_path):
     users, folder = tmp_path / "users.txt", tmp_path / "keys"

@@ -7,6 +7,8 @@ import pytest
 
 from axistwin import Bench
 
+pytestmark = pytest.mark.slow
+
 asyncua = pytest.importorskip("asyncua", reason="asyncua is not installed")
 
 from asyncua import ua  # noqa: E402

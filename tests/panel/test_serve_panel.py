@@ -165,6 +165,7 @@ MESSAGES = (
 )  # fmt: skip
 
 
+@pytest.mark.slow
 def test_state_speed_and_ports_are_as_without_a_panel_also_after_bad_messages_and_with_a_token_of_ones_own(tmp_path):
     options = ("--speed", "max", "--line", "instant", "--state", tmp_path, "--panel-token", "letmein")
     for first in (True, False):

@@ -26,12 +26,14 @@ def campaign(tmp_path_factory):
     return module.Campaign(tmp_path_factory.mktemp("campaign"), seed=1811)
 
 
+@pytest.mark.slow
 def test_damages_are_one_line_or_change_nothing(campaign):
     campaign.run(24)
     assert campaign.found == []
     assert campaign.ends[".parquet one line"] > 12
 
 
+@pytest.mark.slow
 def test_two_processes_with_one_sweep(campaign):
     campaign.pairs(1)
     assert campaign.found == []

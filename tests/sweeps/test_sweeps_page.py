@@ -44,6 +44,7 @@ def test_the_page_does_what_it_shows(tmp_path, monkeypatch):
     assert run("check", "study.toml").code == 0
 
 
+@pytest.mark.slow
 def test_the_page_of_tuning_does_what_it_shows(tmp_path, monkeypatch):
     pytest.importorskip("optuna", reason="the extra [tune] is not installed")
     monkeypatch.chdir(tmp_path)
