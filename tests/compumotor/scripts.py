@@ -81,9 +81,10 @@ def play(bench: Bench, script: str) -> None:
     `88 & F0 is 00` (bits of its second byte), `says 01 A1, 28 00` (all messages that wait), `says nothing`,
     `next 01 A1` (the next one), `ODB 01` (the next byte).
     States: `83: -100` (the number of an answer), `at 25`, `moved 25`, `pulses 25`, `steps 900` (all pulses so far),
-    `moves 2` (all motions so far), `velocity 10000`, `encoder at 5`, `98 ms later`, each with a number or `1 to 9`,
-    `over 1`, `under 9`, `not 5`, `marked`; `moving`, `at rest`, `SB 50`, `SB & 7 is 2`, `led is high`, `interrupt`,
-    `no interrupt`, `nothing planned` (no event is to come).
+    `lasts 98 ms` (from the first of them to the last), `moves 2` (all motions so far), `velocity 10000`,
+    `encoder at 5`, `98 ms later`, each with a number or `1 to 9`, `over 1`, `under 9`, `not 5`, `marked`; `moving`,
+    `at rest`, `SB 50`, `SB & 7 is 2`, `led is high`, `interrupt`, `no interrupt`, `nothing planned` (no event is to
+    come).
     """
     first, *rest = script.split("; ")
     match first.split():
@@ -228,6 +229,9 @@ def _state(state: Play, words: list[str]) -> tuple[Any, Any]:
             return ask(state.bench, board, int(opcode, 16))[1] & int(mask, 16), int(value, 16)
         case ["ODB", value]:
             return board.bus.read(DATA), int(value, 16)
+        case ["lasts", *expected, "ms"]:
+            times = motor.pulse_times()
+            return Fraction(int(times[-1] - times[0]), MS), Numbers(expected, state.place)
         case ["steps", *expected]:
             return len(motor.pulse_times()), Numbers(expected, state.place)
         case ["moves", *expected]:

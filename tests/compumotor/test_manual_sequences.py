@@ -3,9 +3,9 @@
 import pytest
 
 from ..scripts import scripts
-from .programs import about, relative, sequence
+from .programs import relative, sequence
 from .scripts import play
-from .talking import messages, send, send_all
+from .talking import ask, messages, send
 
 
 def perform(bench, board, *commands):
@@ -57,6 +57,31 @@ def perform(bench, board, *commands):
         "sequence 4: 40 20; relative 32 10000 100000 -33; 41 04; idle; at -33",
         "20h with 2Ah: ten repetitions of one second take ten seconds":
         "sequence 1: 20 01 00 0A, 2A 00 01, 01 01; 41 01; clock; until SB & 8 is 8; 10000 to 10050 ms later",
+        "nothing is performed while a sequence is defined: Requests and other commands that are not valid in a "
+        "sequence are ignored while a sequence is defined":
+        "default 10000 at_once; D9 01; 08 07; 90; 33 =100; 70; 41 02; DA 01; D9 02; 0.1 s; SB 50; D8; 92 01; "
+        "says 92 08 07, 92 33 00 00 00 64, 92 00",
+        "who is heard while a sequence is performed: Only commands that are valid concurrent with a sequence are "
+        "performed: requests, but no move, sequence or 12h":
+        "default 10000 at_once; sequence 1: 28 00; sequence 2: 08 07; 41 01; 33 =100; 41 02; 12 01; D9 01; 92 01; "
+        "next nothing; SB 50; at 0; shutdown is low; 90 -> 50",
+        "an undefined sequence or move is ignored": "41 04; sequence 5: 40 09, 08 01; 41 05; idle; SB & 7 is 1",
+        "wait for a level":
+        "{trigger2|trigger3|trigger4|trigger5} {low|high|low|high}; sequence 1: 2C {02|03|04|05} {01|00|01|"
+        "00}, 08 01; 41 01; 1 s; {trigger2|trigger3|trigger4|trigger5} {high|low|high|low}; 0.001 s; {trigger2|"
+        "trigger3|trigger4|trigger5} {low|high|low|high}; 0.1 s; SB & 1 is 0; {trigger2|trigger3|trigger4|"
+        "trigger5} {high|low|high|low}; 0.005 s; SB & 1 is 1",
+        # ramps of 0.1 s, two for each move
+        "E.2: a SINGULAR move ends before the next command: 1,000 pulses, 1,000 back, and then the message":
+        "relative 1 10000 100000 1000; relative 2 10000 100000 -1000; sequence 1: 40 01, 40 02, 01 01; 41 01; 0.3 s; "
+        "says nothing; until SB & 8 is 8; at 0; steps 2000; at rest; lasts 375 to 425 ms",
+        '92h: "padded with zeroes to make it sixteen bytes long"; "92h followed by fifteen zeroes"':
+        "sequence 15: relative 7 1000 2000 -3, 09 02; 92 0F; "
+        "says 92 C8 07 00 00 00 03 E8 00 00 07 D0 FF FF FF FD, 92 09 02, 92 00",
+        '29h to 2Bh: times are absolute numbers without a sign, up to "approximately 50 days!"':
+        "sequence 1: 0C 01, {29 00 00 00 01|29 00 00 01 00|29 00 01 00 00|2A 00 01|2A 01 00|2A FF FF|2B 00 01|"
+        "2B FF FF|29 FF FF FF FF|29 80 00 00 00}, 0B 01; 41 01; until output1 is low; {0|0.251|65.531|0.995|255.995|"
+        "65534.995|59.995|3932099.995|4294967.29|2147483.643} s; output1 is low; 0.01 s; output1 is high",
     }
 )  # fmt: skip
 def test_sequences(bench, script):
@@ -88,24 +113,6 @@ def test_a_loop_until_continue(bench, board):
     assert board.axes["motor"].position == rounds
 
 
-@pytest.mark.parametrize(
-    ("command", "seconds"),
-    [
-        ((0x29, 0, 0, 0, 1), 0.001), ((0x29, 0, 0, 1, 0), 0.256), ((0x29, 0, 1, 0, 0), 65.536), ((0x2A, 0, 1), 1),
-        ((0x2A, 1, 0), 256), ((0x2A, 0xFF, 0xFF), 65_535), ((0x2B, 0, 1), 60), ((0x2B, 0xFF, 0xFF), 65_535 * 60),
-        ((0x29, 0xFF, 0xFF, 0xFF, 0xFF), 4_294_967.295), ((0x29, 0x80, 0, 0, 0), 2_147_483.648),
-    ],
-)  # fmt: skip
-def test_waits(bench, board, command, seconds):
-    """29h to 2Bh: times are absolute numbers without a sign, up to "approximately 50 days!"."""
-    edges = []
-    board.pins["output1"].subscribe(lambda pin: edges.append(bench.now))
-    perform(bench, board, (0x0C, 1), command, (0x0B, 1))
-    bench.run(seconds + 1)
-    assert len(edges) == 2
-    assert about(seconds, edges[1] - edges[0], 5)
-
-
 @pytest.mark.parametrize("trigger", [2, 3, 4, 5])
 @pytest.mark.parametrize("high", [0x00, 0x01, 0xFF])
 def test_wait_for_a_level_of_a_trigger(bench, board, trigger, high):
@@ -121,23 +128,12 @@ def test_wait_for_a_level_of_a_trigger(bench, board, trigger, high):
     assert messages(bench, board) == ["01 01"]
 
 
-def test_listing_pads_with_zeros_and_ends_with_the_null_command(bench, board):
-    """92h: "padded with zeroes to make it sixteen bytes long"; "92h followed by fifteen zeroes"."""
-    definition = relative(7, 1_000, 2_000, -3)
-    sequence(bench, board, 15, definition, (0x09, 2))
-    send(bench, board, 0x92, 15)
-    rows = messages(bench, board)
-    assert rows == ["92 " + bytes(definition).hex(" "), "92 09 02", "92 00"]
-
-
-def test_moves_of_a_sequence_wait_for_one_another(bench, board):
-    """E.2: a SINGULAR move ends before the next command: 1,000 pulses, 1,000 back, and then the message."""
-    send_all(bench, board, relative(1, 10_000, 100_000, 1_000), relative(2, 10_000, 100_000, -1_000))
-    perform(bench, board, (0x40, 1), (0x40, 2), (0x01, 1))
-    bench.run(0.3)
-    assert messages(bench, board) == []
-    assert bench.run_until(lambda: board.bus.read(1) & 8, 1)
-    motor = board.axes["motor"]
-    assert (motor.position, len(motor.pulse_times()), motor.velocity) == (0, 2_000, 0)
-    # ramps of 0.1 s, two for each move
-    assert about(0.4, int(motor.pulse_times()[-1]) - int(motor.pulse_times()[0]), 25)
+def test_all_sequences_share_one_memory(bench, board):
+    """G.2: "up to fifteen sequence buffers", "about 600 decimal bytes long"; deleting one by DAh makes room."""
+    free = int.from_bytes(ask(bench, board, 0xE2)[1:5], "big")
+    assert free == 600
+    for number in range(1, 16):
+        sequence(bench, board, number, *[(0x08, 1)] * 21)
+    assert int.from_bytes(ask(bench, board, 0xE2)[1:5], "big") == 0
+    send(bench, board, 0xDA, 1)
+    assert int.from_bytes(ask(bench, board, 0xE2)[1:5], "big") == 42

@@ -88,6 +88,13 @@ def test_stop(bench, board, trigger):
         '74h: "no other function may be specified for active TRIGGER 1 until the STOP motion function is disabled" (2)':
         "74 01 01 01; AC 01 01; cruise 10000 100000; trigger 1; says 74 01; idle; AC 01 00; cruise 10000 100000; "
         "trigger 1; says 74 01; 74 01 00 00; AC 01 01; sequence 1: 2B 00 01; idle; 41 01; trigger 1; says AC 01",
+        "From 10,000 pps at 100,000 pps²: 49 levels of 2 ms, from 9,800 to 200 pps, are 490 pulses in 98 ms":
+        "cruise 10000 100000; 70; mark; clock; 8F -> FF; until at rest; 98 ms later; moved 489 to 491",
+        "events of a move":
+        "default 10000 100000; A0 01; A1 01; A2 01; A3 01; A4 01; A5 01; 33 =3000; idle; says A0 00, A1 00, A2 00, "
+        "A3 00, A4 00, A5 00; 33 =3000; idle; says A1 00, A3 00, A5 00; AF; 33 =3000; idle; says nothing",
+        "a move that is ended before its velocity sends no A3h":
+        "A3 01; default 10000 100000; 32 00; 0.05 s; 73; 1 s; says nothing",
     }
 )  # fmt: skip
 def test_stop_discontinue_and_kill(bench, script):

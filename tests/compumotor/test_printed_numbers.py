@@ -6,7 +6,7 @@ import pytest
 
 from axistwin.units import MS
 
-from .programs import enter, free, relative, sequence, steps, velocities
+from .programs import enter, free, listing, relative, sequence, steps, velocities
 from .talking import ask, complete, default, i32, messages, position, ready, send, send_all, until_idle
 
 PARABOLA_UP = bytes.fromhex(
@@ -54,8 +54,13 @@ def test_the_sequence_of_the_example(bench, board, printed):
     for number, distance in ((0x12, 1_000), (0x05, 500), (0x08, 100)):
         send(bench, board, *relative(number, 50_000, 10_000_000, distance))
     commands = (0x40, 0x12), (0x0B, 1), (0x40, 5), (0x0C, 1), (0x20, 3, 0, 0x0F), (0x40, 8), (0x2A, 0, 2), (0x83,)
+    send(bench, board, 0x0C, 1)
     sequence(bench, board, 8, *commands)
+    assert listing(bench, board, 8) == [f"92 {bytes(command).hex(' ')}" for command in (*commands, (0,))]
+    edges = []
+    board.pins["output1"].subscribe(lambda pin: edges.append((pin.level, board.axes["motor"].position)))
     send(bench, board, 0x41, 8, seconds=35)
+    assert edges == [(True, 1_000), (False, 1_500)]
     found = [m for m in messages(bench, board) if m.startswith("83")]
     printed("G.2 Sequence buffers", "positions that are reported", 15, len(found))
     printed("G.2 Sequence buffers", "where the motor stands, pulses", 3_000, position(bench, board))
