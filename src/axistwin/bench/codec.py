@@ -103,10 +103,8 @@ def _escaped(escape: re.Match[str], at: int) -> bytes:
     except KeyError:
         raise ProgramError(
             rf"{escape.group()} is not an escape sequence: expected \r, \n, \\ or \xNN with two hex digits",
-            column=at + 1,
-            code=rules.NO_ESCAPE.code,
-            width=len(escape.group()),
-        ) from None
+            column=at + 1, code=rules.NO_ESCAPE.code, width=len(escape.group()),
+        ) from None  # fmt: skip
 
 
 Codec = Characters | Hex

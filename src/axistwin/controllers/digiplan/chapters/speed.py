@@ -46,11 +46,9 @@ def ramp(parameters: Parameters) -> Ramp:
 def _ramp(speed_range: int, speed: int, start_stop: int, acceleration: int) -> Ramp:
     increment = RANGES[speed_range].increment
     return Ramp(
-        start=actual_start_stop(speed_range, start_stop),
-        top=actual_speed(speed_range, speed),
-        increment=Fraction(increment),
-        interval=Fraction(increment, acceleration * 1000),
-    )
+        start=actual_start_stop(speed_range, start_stop), top=actual_speed(speed_range, speed),
+        increment=Fraction(increment), interval=Fraction(increment, acceleration * 1000),
+    )  # fmt: skip
 
 
 def too_fast(parameters: Parameters) -> Problem | None:

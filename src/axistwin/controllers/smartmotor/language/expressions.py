@@ -137,12 +137,9 @@ class Reader:
             )
         code = tuple(number for word in self._code for number in word)
         return Expression(
-            (*code, ops.RESULT),
-            tuple(self._fetches),
-            tuple(self._indices),
-            names=tuple(self._names),
+            (*code, ops.RESULT), tuple(self._fetches), tuple(self._indices), names=tuple(self._names),
             taken=tuple(self._taken),
-        )
+        )  # fmt: skip
 
     def index(self) -> Expression:
         """Parse an array index in brackets, e.g. [5], at the present position in the text.  Raises Malformed."""
@@ -248,11 +245,9 @@ class Reader:
             raise Malformed(class5.message(later[1]), self.at, rule=rules.LATER, end=self.at + len(later[0]))
         examples = token.lower() if find(token.lower()) else "aa, al[0] or CLK"
         raise Malformed(
-            f"there is no variable {token}: expected e.g. {examples}",
-            self.at,
-            rule=rules.VARIABLE,
+            f"there is no variable {token}: expected e.g. {examples}", self.at, rule=rules.VARIABLE,
             end=self.at + len(token),
-        )
+        )  # fmt: skip
 
     def _hidden(self, fetch: Callable[[Processor], int]) -> None:
         place = self._fetched + len(self._fetches)

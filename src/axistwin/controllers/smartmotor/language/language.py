@@ -310,19 +310,15 @@ def _list(text: str, at: int, kind: int, first: Expression) -> Elements:
         )
     if at == len(text):
         raise Malformed(
-            "the list of values does not end with a period: expected e.g. 'aw[0] 1 2 3.'",
-            at,
-            FEATURES_ADDED,
+            "the list of values does not end with a period: expected e.g. 'aw[0] 1 2 3.'", at, FEATURES_ADDED,
             rules.ELEMENTS,
-        )
+        )  # fmt: skip
     word = text[at:].strip()
     if word != ".":
         raise Malformed(
-            f"{word[:20]} is not a number: expected numbers and a final period, e.g. 'aw[0] 1 2 3.'",
-            at,
-            FEATURES_ADDED,
-            rules.ELEMENTS,
-        )
+            f"{word[:20]} is not a number: expected numbers and a final period, e.g. 'aw[0] 1 2 3.'", at,
+            FEATURES_ADDED, rules.ELEMENTS,
+        )  # fmt: skip
     known = _known(array, 3, first)
     ends = (known, Index(3, array, known.value + len(listed) - 1)) if known else ()
     code = (len(listed), kind, *first.code, *(word for value in listed for word in _constant(value)))
@@ -394,11 +390,8 @@ def _report_variable(text: str, _at: int, found: Instruction) -> tuple[Operand, 
     if find(variable) is None:  # Only the name of an AniLink input can be invalid, e.g. AINA5.
         raise Malformed(
             f"unknown AniLink input {variable[:20]} in the report command {text[:21]}: "
-            "expected AINA1…AINH4 (analog) or DINA0…DINH63 (digital), e.g. `RAINA1`",
-            1,
-            found.chapter,
-            rules.ARGUMENTS,
-        )
+            "expected AINA1…AINH4 (analog) or DINA0…DINH63 (digital), e.g. `RAINA1`", 1, found.chapter, rules.ARGUMENTS,
+        )  # fmt: skip
     return (_whole(text, 1, found),)
 
 
@@ -418,11 +411,9 @@ def _output(text: str, at: int, found: Instruction) -> tuple[Operand, ...]:
     if match is None or bool(match[2]) != digital or (digital and int(match[2]) > 63):
         example = "DOUTA63,1" if digital else "AOUTA,100"
         raise Malformed(
-            f"invalid device or channel in {text[:20]}: expected {found.syntax}, e.g. {example}",
-            at,
-            found.chapter,
+            f"invalid device or channel in {text[:20]}: expected {found.syntax}, e.g. {example}", at, found.chapter,
             rules.ARGUMENTS,
-        )
+        )  # fmt: skip
     value = _whole(text, match.end(), found)
     return (match[1], int(match[2]), value) if digital else (match[1], value)
 
