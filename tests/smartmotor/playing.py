@@ -172,7 +172,7 @@ def _say(bench: Bench, motor: Controller, act: str) -> None:
     if "*" in expected:
         assert fnmatchcase(found.decode("latin-1"), _characters(expected)), f"{act}: {found!r}"
     else:
-        assert found == _characters(expected).encode("latin-1"), act
+        assert found == _characters(expected).encode("latin-1"), f"{act}: {found!r}"
 
 
 def _happens(bench: Bench, motor: Controller, act: str) -> bool:

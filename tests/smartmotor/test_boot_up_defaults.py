@@ -6,7 +6,7 @@ from axistwin import Bench
 from axistwin.bench import Controller
 
 from .playing import play, scripts
-from .talking import ask, bare, send, value
+from .talking import bare, send, value
 
 BS = 8192
 ZERO = [
@@ -75,6 +75,12 @@ def unwired(bench: Bench) -> Controller:
         [f"{command}; RW -> {128 + BS}" for command in REMOVED],
         "Faults can be cleared at any time, in the first sample and in the boot window too":
         [f"new; {moment} s; UCI UDI ZS; 0.5 s; RW -> 128" for moment in (0.0, 0.0001, 0.1, 0.199, 0.2, 0.3)],
+        "1.2: the commands that 4.76 has added are accepted":
+        [f"{command}{' => *<CR>' if command[0] == 'R' else ' -> *'}; RBs -> 0" for command in ADDED],
+        "A power cut ends the move and the command; the shaft stays where it stopped, and counts begin at 0 again":
+        "A=65536 V=65536 P=100000 G RP -> 0; 0.1 s; writes A=123; 0.01 s; power off; 0.01 s; at > 100; mark; RP; "
+        "0.1 s; "
+        f"moved 0; brake is high; power on; 0.5 s; 4 RP RA RW -> 0 0 {1670 + BS}; moved 0",
     }
 )  # fmt: skip
 def test_boot_up_defaults(script):
@@ -96,29 +102,3 @@ def test_a_power_cycle_and_z_restore_every_default(bench, motor):
         assert send(bench, motor, "RW RMODE") == b"1670\rB\r"
         assert {name: value(bench, motor, name) for name in DEFAULTS} == DEFAULTS
         assert value(bench, motor, "CLK") < 2600
-
-
-@pytest.mark.parametrize("command", ADDED)
-def test_a_command_added_is_known(bench, motor, command):
-    """1.2: the commands that 4.76 has added are accepted."""
-    answer = send(bench, motor, command)
-    assert (b"\r" in answer) == command.startswith("R")
-    assert ask(bench, motor, "RBs") == "0"
-
-
-def test_power_cut_in_the_middle_of_a_move_and_of_a_command(bench, motor):
-    """A power cut ends the move and the command; the shaft stays where it stopped, and counts begin at 0 again."""
-    send(bench, motor, "A=65536 V=65536 P=100000 G RP", 0.1)
-    motor.serial.write(b"A=123")
-    bench.run(0.01)
-    motor.power(False)
-    bench.run(0.01)
-    stood = motor.axes["shaft"].position
-    assert stood > 100
-    assert send(bench, motor, "RP", 0.1) == b""
-    assert motor.axes["shaft"].position == stood
-    assert motor.pins["brake"].level
-    motor.power(True)
-    bench.run(0.5)
-    assert send(bench, motor, "4 RP RA RW") == f"0\r0\r{1670 + BS}\r".encode()
-    assert motor.axes["shaft"].position == stood

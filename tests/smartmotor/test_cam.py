@@ -1,6 +1,5 @@
 """Chapter 9: mode cam."""
 
-import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -51,6 +50,9 @@ D=9802 ' buffer new dwell.
 CI ' use new dwell.
 END
 """
+
+
+MULTIPLIERS = ("MC", 1), ("MC2", 2), ("MC4", 4), ("MC8", 8)
 
 
 @scripts(
@@ -174,22 +176,25 @@ END
         "9.5: MCn calculates BASE/SIZE; without an interval the cam does not start":
         [f"MF0 F=16 aw[0] 0 250 500 250 0 500 1000 750 500. {words} MC; RBs G RMODE => 1<CR>*; turn 1000: 0"
          for words in ("BASE=0 SIZE=8", "BASE=8 SIZE=0", "BASE=7 SIZE=8")],
+        "9.5: MC, MC2, MC4 and MC8 multiply by 1, 2, 4 and 8, the counts or (option cam_multiplier) the positions":
+        [f"{cam(mc=mc, dwell=0)}; turn {6000 // times} {8000 // times} {-2000 // times}: 1000 500 500"
+         for mc, times in MULTIPLIERS]
+        + [f"with cam_multiplier=table; {cam(mc=mc, dwell=0)}; turn 6000 8000 -2000: "
+           f"{1000 * times} {500 * times} {500 * times}"
+           for mc, times in MULTIPLIERS],
+        "A frame 23 motor has the same trajectory as an ideal one, and its shaft reaches the target":
+        f"with frame23; {cam()}; "
+        + "; ".join(
+            f"turn {count} by 5; commanded {place}; 0.3 s; at > {place - 3}; at < {place + 3}"
+            for count, place in (FIGURE | SECOND).items()
+        )
+        + "; RBe RMODE -> 0 C",
+        "4: S stops the cam; after MF0, MC and G, positions are relative to the shaft's present position":
+        f"{cam()}; turn 1000; S; turn 3000: 250; MF0 MC G; turn 3000 4000 9000 13000: 250 500 1250 750",
     }
 )  # fmt: skip
 def test_cam(script):
     play(script)
-
-
-@pytest.mark.parametrize(("mc", "times"), [("MC", 1), ("MC2", 2), ("MC4", 4), ("MC8", 8)])
-@pytest.mark.parametrize("option", ["master", "table"])
-def test_each_multiplier(bench, mc, times, option):
-    """9.5: MC, MC2, MC4 and MC8 multiply by 1, 2, 4 and 8."""
-    motor = ready(bench, cam_multiplier=option)
-    start_cam(bench, motor, mc=mc, dwell=0)
-    if option == "master":
-        assert turn_through(bench, motor, [6000 // times, 8000 // times, -2000 // times]) == [1000, 500, 500]
-    else:
-        assert turn_through(bench, motor, [6000, 8000, -2000]) == [1000 * times, 500 * times, 500 * times]
 
 
 # Speed of the master
@@ -229,28 +234,3 @@ def test_any_table_is_followed_in_both_directions(table, interval, dwell, walk):
         assert abs(position * scale - wanted) < scale
         if wanted % scale == 0:
             assert position * scale == wanted
-
-
-# With other things
-
-
-def test_a_real_motor_follows_the_cam(bench):
-    """A frame 23 motor has the same trajectory as an ideal one, and its shaft reaches the target."""
-    motor = ready(bench, shaft={"motor": "frame23"})
-    start_cam(bench, motor)
-    for count, position in (FIGURE | SECOND).items():
-        turn_to(bench, motor, count, 5)
-        assert motor.axes["shaft"].commanded == position
-        bench.run(0.3)
-        assert abs(motor.axes["shaft"].position - position) <= 2
-    assert send(bench, motor, "RBe RMODE", 0) == b"0\rC\r"
-
-
-def test_s_holds_the_cam_and_mc_g_starts_it_again(bench, motor):
-    """4: S stops the cam; after MF0, MC and G, positions are relative to the shaft's present position."""
-    start_cam(bench, motor)
-    turn_to(bench, motor, 1000)
-    send(bench, motor, "S", 0)
-    assert turn_to(bench, motor, 3000) == 250
-    send(bench, motor, "MF0 MC G", 0)
-    assert [turn_to(bench, motor, 3000 + at) for at in (0, 1000, 6000, 10_000)] == [250, 500, 1250, 750]

@@ -1,9 +1,7 @@
 """Decisions of docs/fidelity.md on the language and programs, not covered by a chapter's tests."""
 
-import pytest
-
 from .playing import play, scripts
-from .talking import advance, ask, ready, run, send, values, wired
+from .talking import run, values
 from .test_check import shown
 
 
@@ -29,34 +27,26 @@ from .test_check import shown
         '7.1: pin G "is de-bounced"; the manual has no figure, and three samples are used':
         "run F=64 / UGI / WHILE 1 / LOOP / END / C2 / j=j+1 / RETURNI; G low; 1 sample; G high; 20 samples; "
         "j is 0; G low; 2 samples; G high; 20 samples; j is 0; G low; 3 samples; G high; 20 samples; j is 1",
+        "8 of the base language specifies neither the flag nor the next step after an unknown label":
+        [f"run a=1 / {word} / a=a+1 / END; a is 2; RBs -> 1" for word in ("GOSUB5", "GOTO5")],
+        "C1 may end in RETURN or RETURNI: the program continues where it was, and the next fault calls C1 again":
+        [f"wired; run F=32 / WHILE 1 / m=m+1 / LOOP / END / C1 / i=i+1 / {word}; "
+         + "; ".join(f"C high; 20 samples; keep m; 6 samples; i is {n}; m grew by 2; C low; ZS; 0.01 s" for n in (1, 2))
+         for word in ("RETURN", "RETURNI")],
+        "Ruling 14: a statement of any kind takes a sample, so c=CLK, after b=CLK and four parameters, is 5 larger":
+        "run b=CLK / A=1 / V=2 / P=3 / E=4 / c=CLK / END; c-b is 5",
+        "4.1: a fault calls C1 or ends the program; with ten return addresses on the stack C1 cannot be called":
+        f"run F=32 / GOSUB10 / END / {''.join(f'C{n} / GOSUB{n + 1} / RETURN / ' for n in range(10, 19))}"
+        "C19 / WHILE 1 / m=m+1 / LOOP / RETURN / C1 / i=i+1 / RETURNF; E=20 A=65536 V=65536*4 MV G; jam; 50 samples; "
+        "RBe RBs -> 1 1; keep m; 50 samples; m kept; i is 0",
+        "Ruling 10: Be is set again in the sample of Ze, and calls C1 again after RETURNF, every three samples":
+        "run F=33 / WHILE 1 / LOOP / END / C1 / i=i+1 / Ze / RETURNF; E=20 A=65536 V=65536*4 MV G A=1; jam; "
+        "50 samples; "
+        "keep i; 30 samples; i grew by 10; RBs -> 0",
     }
 )  # fmt: skip
 def test_decisions_language(script):
     play(script)
-
-
-def test_an_unknown_label_sets_bs_and_the_next_statement_follows(bench):
-    """8 of the base language specifies neither the flag nor the next step after an unknown label."""
-    for word in ("GOSUB5", "GOTO5"):
-        motor = ready(bench)
-        run(bench, motor, f"a=1\n{word}\na=a+1\nEND\n")
-        assert values(bench, motor, "a") == [2]
-        assert ask(bench, motor, "RBs") == "1"
-
-
-@pytest.mark.parametrize("word", ["RETURN", "RETURNI"])
-def test_c1_may_be_left_by_another_return(bench, word):
-    """C1 may end in RETURN or RETURNI: the program continues where it was, and the next fault calls C1 again."""
-    motor = wired(bench)
-    run(bench, motor, f"F=32\nWHILE 1\nm=m+1\nLOOP\nEND\nC1\ni=i+1\n{word}\n")
-    for count in (1, 2):
-        motor.pins["C"].drive(True)
-        advance(bench, 20)
-        before = values(bench, motor, "m")
-        advance(bench, 6)
-        assert values(bench, motor, "im") == [count, before[0] + 2]
-        motor.pins["C"].drive(False)
-        send(bench, motor, "ZS", 0.01)
 
 
 def test_nested_switches_to_any_depth(bench, motor):
@@ -67,36 +57,3 @@ def test_nested_switches_to_any_depth(bench, motor):
     run(bench, motor, f"{inner}END\n")
     assert values(bench, motor, "ab") == [7, 0]
     assert [line.partition(": ")[2] for line in shown(f"{inner}END")] == ["more than 4 nested SWITCH"]
-
-
-def test_a_statement_of_any_kind_takes_a_sample(bench, motor):
-    """Ruling 14: a statement of any kind takes a sample, so c=CLK, after b=CLK and four parameters, is 5 larger."""
-    run(bench, motor, "b=CLK\nA=1\nV=2\nP=3\nE=4\nc=CLK\nEND\n")
-    begin, end = values(bench, motor, "bc")
-    assert end - begin == 5
-
-
-def test_a_motor_fault_with_a_full_stack_ends_the_program(bench):
-    """4.1: a fault calls C1 or ends the program; with ten return addresses on the stack C1 cannot be called."""
-    deep = "".join(f"C{10 + n}\nGOSUB{11 + n}\nRETURN\n" for n in range(9))
-    motor = ready(bench)
-    run(bench, motor, f"F=32\nGOSUB10\nEND\n{deep}C19\nWHILE 1\nm=m+1\nLOOP\nRETURN\nC1\ni=i+1\nRETURNF\n")
-    send(bench, motor, "E=20 A=65536 V=65536*4 MV G", 0)
-    motor.axes["shaft"].jam(True)
-    advance(bench, 50)
-    assert send(bench, motor, "RBe RBs", 0) == b"1\r1\r"
-    before = values(bench, motor, "m")
-    advance(bench, 50)
-    assert values(bench, motor, "im") == [0, *before]
-
-
-def test_a_persistent_position_error_is_a_new_fault_each_time_be_is_cleared(bench, motor):
-    """Ruling 10: Be is set again in the sample of Ze, and calls C1 again after RETURNF, every three samples."""
-    run(bench, motor, "F=33\nWHILE 1\nLOOP\nEND\nC1\ni=i+1\nZe\nRETURNF\n")
-    send(bench, motor, "E=20 A=65536 V=65536*4 MV G A=1", 0)
-    motor.axes["shaft"].jam(True)
-    advance(bench, 50)
-    before = values(bench, motor, "i")[0]
-    advance(bench, 30)
-    assert values(bench, motor, "i") == [before + 10]
-    assert ask(bench, motor, "RBs", 0) == "0"

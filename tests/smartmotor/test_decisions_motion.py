@@ -1,14 +1,14 @@
 """Decisions of docs/fidelity.md on modes, trajectories, limits and brakes, not covered by a chapter's tests."""
 
-import pytest
-
 from axistwin.controllers.smartmotor.kernel import machine, state
 from axistwin.plant.servo import FRAME17
 
 from .playing import play, scripts
 from .rig import Rig
 from .scenarios import cam, clock, points
-from .talking import UNIT, advance, ask, clear, ready, send, wired
+from .talking import UNIT
+
+LEAVE = f"Zr A={UNIT} V={-10 * UNIT} MV G"
 
 
 @scripts(
@@ -69,38 +69,21 @@ from .talking import UNIT, advance, ask, clear, ready, send, wired
         # Physics
         "UJA reads the supply in 0.1 V: a frame 23 has 48 V at rest and at its largest current":
         "with frame23; PRINT(UJA,#13) -> 480; jam; MT T=1023; 0.1 s; PRINT(UJA,#13) -> 480",
+        # the motor leaves an open switch, or a switch opens during the move
+        "4.1 inhibits S and X in a fault; but S and X must stop a motor that is allowed to move":
+        [f"wired; {begin}; 2 samples; RBr -> 1; mark; {word}; 20 samples; moved {-rest}; RMODE RBo RBt -> V 0 0"
+         for begin in (f"C released; 2 samples; {LEAVE}; 0.02 s", f"{LEAVE}; 0.02 s; C released")
+         for word, rest in (("S", 0), ("X", 9 + 8 + 7 + 6 + 5 + 4 + 3 + 2 + 1))],
+        "13 of the base language has typical tuning figures of a frame 23; a frame 17 needs a larger integral limit":
+        [f"{motor}RKP RKI RKD RKL RKS RKV RKA RKG -> 42 28 550 {limit} 1 0 0 0"
+         for motor, limit in (("", 15), ("with frame23; ", 15), ("with frame17; ", 40))],
+        "An hour in air of 60 °C, then 1.5 h without power in 20 °C; without power nothing heats the motor":
+        "with frame17; air 60; 3600 s; TEMP > 57; TEMP < 61; power off; air 20; 5400 s; power on; clear; TEMP > 19; "
+        "TEMP < 22",
     }
 )  # fmt: skip
 def test_decisions_motion(script):
     play(script)
-
-
-# Limits and faults
-
-
-@pytest.mark.parametrize("acknowledged", [True, False])
-@pytest.mark.parametrize(("word", "rest"), [("S", 0), ("X", 9 + 8 + 7 + 6 + 5 + 4 + 3 + 2 + 1)])
-def test_s_and_x_stop_a_motor_that_leaves_a_limit(bench, word, rest, acknowledged):
-    """4.1 inhibits S and X in a fault; but S and X must stop a motor that is allowed to move.
-
-    The motor leaves an open switch, or a switch opens during the move.
-    """
-    motor = wired(bench)
-    go = f"Zr A={UNIT} V={-10 * UNIT} MV G"
-    if acknowledged:
-        motor.pins["C"].release()
-        advance(bench, 2)
-        send(bench, motor, go, 0.02)
-    else:
-        send(bench, motor, go, 0.02)
-        motor.pins["C"].release()
-    advance(bench, 2)
-    assert ask(bench, motor, "RBr", 0) == "1"
-    at = motor.axes["shaft"].position
-    send(bench, motor, word, 0)
-    advance(bench, 20)
-    assert motor.axes["shaft"].position == at - rest
-    assert send(bench, motor, "RMODE RBo RBt") == b"V\r0\r0\r"
 
 
 # Physics
@@ -118,26 +101,3 @@ def test_current_is_a_magnitude_without_inductance_filtered_over_16_samples():
         for _ in range(200):
             rig.sample()
         assert rig.i[state.CURRENT] == 400
-
-
-@pytest.mark.parametrize(("shaft", "limit"), [({}, 15), ({"motor": "frame23"}, 15), ({"motor": "frame17"}, 40)])
-def test_the_factorys_tuning(bench, shaft, limit):
-    """13 of the base language has typical tuning figures of a frame 23; a frame 17 needs a larger integral limit."""
-    motor = ready(bench, shaft=shaft)
-    answer = send(bench, motor, "RKP RKI RKD RKL RKS RKV RKA RKG")
-    assert answer == b"42\r28\r550\r%d\r1\r0\r0\r0\r" % limit
-
-
-def test_a_motor_cools_while_it_is_switched_off(bench):
-    """The motor spends an hour in air of 60 °C, then 1.5 h without power in 20 °C; without power nothing heats it."""
-    motor = ready(bench, shaft={"motor": "frame17"})
-    motor.ambient = 60
-    bench.run(3600)
-    warm = motor.axes["shaft"].temperature
-    assert 58 <= warm <= 60
-    motor.power(False)
-    motor.ambient = 20
-    bench.run(5400)
-    motor.power(True)
-    clear(bench, motor)
-    assert int(ask(bench, motor, "PRINT(TEMP,#13)")) in (20, 21)

@@ -105,6 +105,19 @@ ANY_BYTE = (0, 0), (0x0D0D, 0x0D0D), (0x2020, 0x2020), (0xFAFB, 0xFAFB), (0x80FF
         "10.2: velocity mode ramps from the latched trajectory velocity to the buffered V with the buffered A":
         f"O=0 MV A=65536 V=5*65536 MD; {points((0, 0), (200, 100))}{clock(100)}; G; 99 samples; "
         "positions 200 203 207 212 217 222",
+        # 10.1 Automatic strobing
+        "The delta is 100 samples throughout: 1, 3, 0 and -2 counts per sample":
+        f"O=0 MD; {points((0, 0), (100, 100))}{position(400)}{position(400)}{position(200)}{clock(400)}{clock(400)}; "
+        "G; "
+        "100 steps of 1; 100 steps of 3; 100 steps of 0; 100 steps of -2",
+        # 10.2 Orderly exit
+        "4: S, OFF and MTB stop host mode at once; X stops it at A, here in one sample":
+        [f"O=0 A=65536 MD; {points((0, 0), (1000, 1000))}; G; 100 samples; {word}; 3 steps of 0; at 100; "
+         f"RMODE -> {mode}"
+         for word, mode in (("S", "P"), ("X", "P"), ("OFF", "B"), ("MTB", "B"))],
+        "11: the option host_buffer sets how many points are kept; further points are lost and set Bc":
+        f"with host_buffer=4; O=0 MD; {points(*((10 * at, 10 * at) for at in range(8)))}; G; RBc -> 1; 30 steps of 1; "
+        "70 steps of 0",
     }
 )  # fmt: skip
 def test_host_mode(script):
@@ -112,28 +125,6 @@ def test_host_mode(script):
 
 
 # 10.1 Automatic strobing
-
-
-def test_strobed_segments_of_different_speed(bench, motor):
-    """The delta is 100 samples throughout: 1, 3, 0 and -2 counts per sample."""
-    start_host_mode(
-        bench,
-        motor,
-        "O=0 ",
-        points((0, 0), (100, 100)) + position(400) + position(400) + position(200) + clock(400) + clock(400),
-    )
-    found = positions(bench, motor, 401)
-    assert [found[at - 1] for at in (1, 50, 100, 150, 200, 250, 300, 350, 400)] == [
-        1,
-        50,
-        100,
-        250,
-        400,
-        400,
-        400,
-        300,
-        200,
-    ]
 
 
 @pytest.mark.parametrize("baudrate", [9600, 38400])
@@ -187,31 +178,7 @@ def decelerating(start, velocity, a):
     return found
 
 
-@pytest.mark.parametrize(
-    ("word", "mode", "after"),
-    [("S ", "P", [100] * 3), ("X ", "P", [100] * 3), ("OFF ", "B", [100] * 3), ("MTB ", "B", [100] * 3)],
-)
-def test_stopping_a_host_mode(bench, motor, word, mode, after):
-    """4: S, OFF and MTB stop host mode at once; X stops it at A, here in one sample."""
-    start_host_mode(bench, motor, "O=0 A=65536 ", points((0, 0), (1000, 1000)))
-    positions(bench, motor, 100)
-    send(bench, motor, word, 0)
-    assert positions(bench, motor, 3) == after
-    assert send(bench, motor, "RMODE", 0) == mode.encode() + b"\r"
-
-
 # Beyond
-
-
-def test_a_full_buffer_loses_only_the_record(bench):
-    """11: the option host_buffer sets how many points are kept; further points are lost and set Bc."""
-    motor = ready(bench, host_buffer=4)
-    advance(bench)
-    start_host_mode(bench, motor, "O=0 ", points(*((10 * at, 10 * at) for at in range(8))))
-    assert send(bench, motor, "RBc", 0) == b"1\r"
-    found = positions(bench, motor, 100)
-    assert found[:30] == list(range(1, 31))
-    assert set(found[30:]) == {30}
 
 
 RECORDS = st.one_of(

@@ -1,10 +1,9 @@
 """Chapter 7: returns from C1 and C2, and further calls of C2."""
 
-import pytest
-
 from .playing import play, scripts
-from .scenarios import main_with, trigger
-from .talking import advance, ask, load, ready, run, send, value
+from .scenarios import main_with
+
+DEEP = "".join(f"C{n} / GOSUB{n + 1} / WHILE 1 / LOOP / RETURN / " for n in range(10, 19))
 
 
 @scripts(
@@ -60,78 +59,18 @@ from .talking import advance, ask, load, ready, run, send, value
         [f"with statements_per_sample={statements}; run {main_with('RETURNI')}; "
          + "; ".join(f"trigger; j is {count}" for count in range(1, 8))
          for statements in (1, 2, 3, 50)],
+        "7.1: GOSUBs inside C2 return in the right order":
+        'load UGI / F=64 / WHILE 1 / GOSUB10 / LOOP / END / C10 / PRINT("a") / WAIT=40 / PRINT("b") / RETURN / C2 / '
+        'GOSUB11 / PRINT("y") / RETURNI / C11 / PRINT("x") / RETURN; RUN; 20 samples; G low; 30 samples; '
+        'receives axyba',
+        "7.1: a power cut, a total reset or a new program ends an uncompleted C2":
+        [f"run {main_with('WHILE 1 / LOOP / RETURNI')}; trigger; j is 1; {again}; trigger; j is 1"
+         for again in ("power cycle; 0.5 s", "Z; 0.5 s", f"run {main_with('WHILE 1 / LOOP / RETURNI')}; j=0")],
+        "8 of the base language: the stack has ten places, so ten nested GOSUBs prevent C2 until the first RETURN":
+        f"run F=64 / UGI / GOSUB10 / END / {DEEP}"
+        "C19 / WHILE p==0 / m=m+1 / LOOP / RETURN / C2 / j=j+1 / RETURNI; trigger; j is 0; RBs -> 1; p=1; 20 samples; "
+        "trigger; j is 1",
     }
 )  # fmt: skip
 def test_interrupt_returns(script):
     play(script)
-
-
-# Re-entrance
-
-
-def test_subroutines_within_subroutines_within_c2(bench):
-    """7.1: GOSUBs inside C2 return in the right order."""
-    program = """
-UGI
-F=64
-WHILE 1
-GOSUB10
-LOOP
-END
-C10
-PRINT("a")
-WAIT=40
-PRINT("b")
-RETURN
-C2
-GOSUB11
-PRINT("y")
-RETURNI
-C11
-PRINT("x")
-RETURN
-"""
-    motor = ready(bench)
-    load(bench, motor, program.strip() + "\n")
-    send(bench, motor, "RUN", 0)
-    advance(bench, 20)
-    motor.pins["G"].drive(False)
-    advance(bench, 60)
-    assert motor.serial.read().startswith(b"axyba")
-
-
-# Which return
-
-
-@pytest.mark.parametrize("again", ["power_cycle", "Z", "LOAD"])
-def test_c2_is_open_again_after_a_new_start_in_its_middle(bench, again):
-    """7.1: a power cut, a total reset or a new program ends an uncompleted C2."""
-    program = main_with("WHILE 1\nLOOP\nRETURNI")
-    motor = ready(bench)
-    run(bench, motor, program)
-    trigger(bench, motor)
-    assert value(bench, motor, "j") == 1
-    if again == "power_cycle":
-        motor.power_cycle()
-        bench.run(0.5)
-    elif again == "Z":
-        send(bench, motor, "Z", 0.5)
-    else:
-        run(bench, motor, program)
-        send(bench, motor, "j=0", 0)
-    trigger(bench, motor)
-    assert value(bench, motor, "j") == 1
-
-
-def test_a_full_stack_prevents_only_one_call(bench):
-    """8 of the base language: the stack has ten places, so ten nested GOSUBs prevent C2 until the first RETURN."""
-    deep = "".join(f"C{10 + n}\nGOSUB{11 + n}\nWHILE 1\nLOOP\nRETURN\n" for n in range(9))
-    last = "C19\nWHILE p==0\nm=m+1\nLOOP\nRETURN\n"
-    motor = ready(bench)
-    run(bench, motor, f"F=64\nUGI\nGOSUB10\nEND\n{deep}{last}C2\nj=j+1\nRETURNI\n")
-    trigger(bench, motor)
-    assert (value(bench, motor, "j"), ask(bench, motor, "RBs", 0)) == (0, "1")
-    send(bench, motor, "p=1", 0)
-    advance(bench, 20)
-    trigger(bench, motor)
-    assert value(bench, motor, "j") == 1

@@ -1,10 +1,8 @@
 """Chapter 7: F=32 calls C1 at a fault, F=64 calls C2 at a falling edge of pin G."""
 
-import pytest
-
 from .playing import play, scripts
-from .scenarios import COUNTING, trigger
-from .talking import advance, ask, ready, run, send, values
+from .scenarios import COUNTING
+from .talking import advance, ready, run, send, values
 
 
 @scripts(
@@ -45,6 +43,23 @@ from .talking import advance, ask, ready, run, send, values
         "a is 1; C low; ZS; 0.01 s; C high; 50 samples; i is 2; a is 1",
         '7.1: RETURNI returns "to program pointer when the input was triggered"':
         f"run F=64{COUNTING}; trigger; keep m; 300 samples; m grew by 100",
+        "7.1: a low level for the number of samples in option `debounce_samples` is an edge; a shorter one is not":
+        [f"with debounce_samples={n}; run F=64{COUNTING}; G low; {n - 1} samples; G high; 50 samples; j is 0; G low; "
+         f"{n} samples; G high; 50 samples; j is 1"
+         for n in (1, 2, 5, 20)],
+        '7.1: the pin is "polled once per sample", so a pulse between two polls is not detected':
+        f"with debounce_samples=1; run F=64{COUNTING}; 0.00001 s; G low; 0.00019 s; G high; 50 samples; j is 0",
+        # the switch bounces for less than seven samples; an edge requires eight equal samples
+        '7.1: the pin "is de-bounced": 15 changes, 100 µs apart, before it stays low, and 15 before it stays high':
+        f"with debounce_samples=8; run F=64{COUNTING}; "
+        + 7 * "G low; 0.0001 s; G high; 0.0001 s; "
+        + "G low; 0.0001 s; 100 samples; "
+        + 7 * "G high; 0.0001 s; G low; 0.0001 s; "
+        + "G high; 0.0001 s; 100 samples; j is 1",
+        '4.1: "End program execution, if F=32 is not issued. If F=32 is issued, program goes to label C1"':
+        [f"run F={functions}{COUNTING}; E=50 A=65536 V=65536*4 MV G; jam; 100 samples; RBe -> 1; keep m; 100 samples; "
+         f"i is {functions // 32}; m {how}"
+         for functions, how in ((0, "kept"), (32, "grew"))],
     }
 )  # fmt: skip
 def test_interrupts(script):
@@ -52,59 +67,6 @@ def test_interrupts(script):
 
 
 # Calls of C1 and C2, and returns from C1 and C2
-
-
-@pytest.mark.parametrize("debounce", [1, 2, 5, 20])
-def test_pin_g_is_polled_once_per_sample_and_debounced(bench, debounce):
-    """7.1: a low level for the number of samples in option `debounce` is an edge; a shorter one is not."""
-    motor = ready(bench, debounce_samples=debounce)
-    run(bench, motor, "F=64" + COUNTING)
-    if debounce > 1:
-        trigger(bench, motor, low=debounce - 1, high=50)
-        assert values(bench, motor, "j") == [0]
-    trigger(bench, motor, low=debounce, high=50)
-    assert values(bench, motor, "j") == [1]
-
-
-def test_a_pulse_between_two_polls_is_not_seen(bench):
-    """7.1: the pin is "polled once per sample", so a pulse between two polls is not detected."""
-    motor = ready(bench, debounce_samples=1)
-    run(bench, motor, "F=64" + COUNTING)
-    bench.clock.run_to(bench.now + 10_000)
-    motor.pins["G"].drive(False)
-    bench.clock.run_to(bench.now + 200_000)
-    motor.pins["G"].drive(True)
-    advance(bench, 50)
-    assert values(bench, motor, "j") == [0]
-
-
-def test_a_bouncing_switch_calls_c2_once(bench):
-    """7.1: the pin "is de-bounced": 15 changes, 100 µs apart, before it stays low, and 15 before it stays high.
-
-    The switch bounces for less than seven samples; an edge requires eight equal samples.
-    """
-    motor = ready(bench, debounce_samples=8)
-    run(bench, motor, "F=64" + COUNTING)
-    for last in (False, True):
-        for n in range(15):
-            motor.pins["G"].drive(last if n % 2 == 0 else not last)
-            bench.clock.run_to(bench.now + 100_000)
-        advance(bench, 100)
-    assert values(bench, motor, "j") == [1]
-
-
-@pytest.mark.parametrize("functions", [0, 32])
-def test_a_position_error_calls_c1_or_ends_the_program(bench, motor, functions):
-    """4.1: "End program execution, if F=32 is not issued.  If F=32 is issued, program goes to label C1"."""
-    run(bench, motor, f"F={functions}{COUNTING}")
-    send(bench, motor, "E=50 A=65536 V=65536*4 MV G", 0)
-    motor.axes["shaft"].jam(True)
-    advance(bench, 100)
-    assert ask(bench, motor, "RBe", 0) == "1"
-    before = values(bench, motor, "m")[0]
-    advance(bench, 100)
-    assert values(bench, motor, "i") == [functions // 32]
-    assert (values(bench, motor, "m")[0] > before) is bool(functions)
 
 
 def test_a_jammed_motor_overheats_and_calls_c1(bench):

@@ -50,38 +50,19 @@ PINS = "ABCDEFG"
          )],
         "an output that is no brakes signal is read and stays an output":
         [f"U{name}=0 U{name}O a=U{name} Ra U{name}=1 a=U{name} Ra -> 0 1; {name} is output" for name in ("C", "G")],
+        "12: a latch that is written before UxO sets the level of the output without a glitch":
+        "watch A; UA=1 UAO UAI UAO RUA -> 1; A unchanged; UA=0 UAI UAO; A went low high low",
+        "5.1 note 2: `<variable>=UG` makes the pin an input, as UGI does, even after BRKG":
+        [f"MP P=0 A=1 V=1 G U{name}O BRK{name}; {name} is low; {name} is output; {read.format(name)}; {name} is high; "
+         f"{name} is input; BRK{name}; {name} is input; U{name}O BRK{name}; {name} is low; {name} is output"
+         for name in "CG" for read in ("a=U{}", "a=U{}I", "ab[7]=U{}+1", "aaa=(U{}==0)")],
     }
 )  # fmt: skip
 def test_io(script):
     play(script)
 
 
-def test_the_latch_survives_a_change_of_direction(bench, motor):
-    """12: a latch that is written before UxO sets the level of the output without a glitch."""
-    levels: list[bool] = []
-    motor.pins["A"].subscribe(lambda pin: levels.append(pin.level))
-    send(bench, motor, "UA=1 UAO UAI UAO RUA")
-    assert levels == []
-    send(bench, motor, "UA=0 UAI UAO")
-    assert levels == [False, True, False]
-
-
 # AniLink
-
-
-@pytest.mark.parametrize(("brake", "name"), [("BRKC", "C"), ("BRKG", "G")])
-@pytest.mark.parametrize("read", ["a=U{}", "a=U{}I", "ab[7]=U{}+1", "aaa=(U{}==0)"])
-def test_reading_the_brakes_pin_into_a_variable_takes_its_function_away(bench, motor, brake, name, read):
-    """5.1 note 2: `<variable>=UG` makes the pin an input, as UGI does, even after BRKG."""
-    pin = motor.pins[name]
-    send(bench, motor, f"MP P=0 A=1 V=1 G U{name}O {brake}")
-    assert (pin.level, pin.is_output) == (False, True)  # 0 V: the servo is on, so the brake is released
-    send(bench, motor, read.format(name))
-    assert (pin.level, pin.is_output) == (True, False)  # now an input; the pull-up sets its level
-    send(bench, motor, brake)
-    assert pin.is_output is False
-    send(bench, motor, f"U{name}O {brake}")
-    assert (pin.level, pin.is_output) == (False, True)
 
 
 @pytest.mark.parametrize("name", ["C", "G"])

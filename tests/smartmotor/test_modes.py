@@ -10,7 +10,7 @@ from axistwin import Bench
 
 from .playing import play, scripts
 from .scenarios import points
-from .talking import SAMPLE_NS, advance, load, positions, ready, send, value
+from .talking import SAMPLE_NS, advance, positions, ready, send, value
 
 FAST = "A=100*65536 V=100*65536 "
 SLOW = "A=65536 V=10*65536 "
@@ -131,6 +131,20 @@ def cruise(bench, motor, mode):
         [f"{SLOW}MV G; 30 samples; at 255; {stop}; 20 samples; MD {points((0, 0), (0, 4), (0, 4))}P=7; "
          "Q => ?<01>*; G; 8 samples; RMODE -> P"
          for stop in ("S", "X")],
+        # RMODE then reports the mode that the next G starts; S and X leave it as it is
+        "4, 5.2: S stops at once and the servo holds; X stops at the newest A; OFF and MTB switch the servo off":
+        [f"{SLOW}{mode} G; 30 samples; at 255; {word}; positions {place} {place} {place} {place}; "
+         f"RMODE RBt RBo RV -> {answers}"
+         for mode, letter in (("MV", "V"), ("MP P=1000", "P"))
+         for word, place, answers in (
+             ("S", 255, f"{letter} 0 0 0"), ("OFF", 255, "B 0 1 0"), ("MTB", 255, "B 0 1 0"), ("Z", 255, "B 0 1 0"),
+             ("A=5*65536 X", 260, f"{letter} 0 0 0"),
+         )],
+        "1: WAIT scales with PIDn, but CLK counts base samples: 1000 samples and one statement":
+        [f"load CLK=0 / WAIT=1000 / a=CLK / END; PID{n} RUN; 9000 samples; a > {1000 * n - 1}; a < {1000 * n + 2}"
+         for n in (1, 2, 4, 8)],
+        "16: CLK is 0 at power-up; it counts 4069 samples per second":
+        "new; 5000 samples; CLK > 4998; CLK < 5001",
     }
 )  # fmt: skip
 def test_modes(script):
@@ -159,28 +173,6 @@ def test_from_torque_to_velocity_mode(bench, motor):
     assert send(bench, motor, "RV", 0) == b"131072\r"
 
 
-@pytest.mark.parametrize(("mode", "letter"), [("MV", b"V"), ("MP P=1000", b"P")])
-@pytest.mark.parametrize(
-    ("word", "after", "report"),
-    [
-        ("S ", [255] * 4, b"\r0\r0\r0\r"),
-        ("OFF ", [255] * 4, b"B\r0\r1\r0\r"),
-        ("MTB ", [255] * 4, b"B\r0\r1\r0\r"),
-        ("Z ", [255] * 4, b"B\r0\r1\r0\r"),
-        ("A=5*65536 X ", [260, 260, 260, 260], b"\r0\r0\r0\r"),
-    ],
-)
-def test_stopping(bench, motor, mode, letter, word, after, report):
-    """4, 5.2: S stops at once and the servo holds; X stops at the newest A; OFF and MTB switch the servo off.
-
-    RMODE reports the mode that the next G starts; S and X leave it as it is.
-    """
-    cruise(bench, motor, mode)
-    send(bench, motor, word, 0)
-    assert positions(bench, motor, 4) == after
-    assert send(bench, motor, "RMODE RBt RBo RV", 0) == (report if report.startswith(b"B") else letter + report)
-
-
 def test_s_at_the_very_end_of_a_move(bench, motor):
     """In the sample that reaches the target, S has nothing to stop."""
     send(bench, motor, SLOW + "P=500 G", 0)
@@ -202,22 +194,6 @@ def test_pid_runs_the_trajectory_every_nth_sample(bench, motor, n):
     steps = [found[at + 1] - found[at] for at in changes]
     assert steps[:8] in ([2, 3, 4, 5, 6, 7, 8, 9], [1, 2, 3, 4, 5, 6, 7, 8])
     assert send(bench, motor, "RSP", 0) == b"%d/476\r" % (24_576 * n)
-
-
-@pytest.mark.parametrize("n", [1, 2, 4, 8])
-def test_wait_is_in_samples_of_the_servo(bench, motor, n):
-    """1: WAIT scales with PIDn, but CLK counts base samples: 1000 samples and one statement."""
-    load(bench, motor, "CLK=0\nWAIT=1000\na=CLK\nEND\n")
-    send(bench, motor, f"PID{n} RUN", 0)
-    advance(bench, 9000)
-    assert value(bench, motor, "a") in (1000 * n, 1000 * n + 1)
-
-
-def test_clk_is_zero_at_power_up(bench):
-    """16: CLK is 0 at power-up; it counts 4069 samples per second."""
-    motor = bench.add("smartmotor", line="instant")
-    bench.clock.run_to(5000 * SAMPLE_NS)
-    assert value(bench, motor, "CLK") in (4999, 5000)
 
 
 # Any order

@@ -3,15 +3,13 @@
 from functools import partial
 from itertools import pairwise
 
-import pytest
-
 from axistwin import Bench
 from axistwin.bench import Controller
 
 from . import talking
 from .bits import BA, BH, BI, BO, BX
 from .playing import play, scripts
-from .talking import SAMPLE_NS, UNIT, advance, ask, load, ready, send
+from .talking import UNIT, advance, ask, ready, send
 
 status_word = partial(talking.status_word, ignored=BI | BX | BA)
 MOVE = f"A={UNIT} V={10 * UNIT} MV G"
@@ -19,12 +17,6 @@ MOVE = f"A={UNIT} V={10 * UNIT} MV G"
 
 def temperature(bench: Bench, motor: Controller) -> int:
     return int(ask(bench, motor, "PRINT(TEMP,#13)"))
-
-
-def heat(bench: Bench, motor: Controller, celsius: float = 71) -> None:
-    """Heat an ideal motor, which has the temperature of the air, for more than THD=12000 samples (2.95 s)."""
-    motor.ambient = celsius
-    bench.run(3.1)
 
 
 @scripts(
@@ -51,35 +43,17 @@ def heat(bench: Bench, motor: Controller, celsius: float = 71) -> None:
             f"{command}; 0.05 s; moved 0; a kept; brake is high"
             for command in ("G", "MT T=500", "X", "S", "MF4", "MS", "RUN")
         ),
+        "The fault comes within two samples after THD samples":
+        [f"air 75; THD={thd}; {max(thd - 2, 0)} samples; RBh -> 0; 5 samples; RBh -> 1" for thd in (1, 10, 1000)],
+        "4.1 item 4, motor protection fault: without F=32 the program ends, with F=32 it goes to C1":
+        [f"load F={f} / WHILE 1 / a=a+1 / LOOP / C1 / c=c+1 / RETURNF; {MOVE} RUN; 0.1 s; air 71; 3.1 s; keep a; "
+         "0.1 s; "
+         f"c is {f // 32}; a {how}"
+         for f, how in ((0, "kept"), (1, "kept"), (32, "grew"), (33, "grew"))],
     }
 )  # fmt: skip
 def test_overheat(script):
     play(script)
-
-
-@pytest.mark.parametrize("thd", [1, 10, 1000])
-def test_another_thd(bench, motor, thd):
-    """The fault comes within two samples after THD samples."""
-    motor.ambient = 75
-    send(bench, motor, f"THD={thd}", 0)
-    begin = bench.now // SAMPLE_NS
-    while motor.serial.read() != b"1\r":
-        advance(bench, 1)
-        motor.serial.write(b"RBh ")
-        bench.clock.run_to(bench.now)
-    assert thd - 1 <= bench.now // SAMPLE_NS - begin <= thd + 3
-
-
-@pytest.mark.parametrize(("f", "calls", "counts_on"), [(0, 0, False), (1, 0, False), (32, 1, True), (33, 1, True)])
-def test_the_program_ends_or_goes_to_c1(bench, motor, f, calls, counts_on):
-    """4.1 item 4, motor protection fault: without F=32 the program ends, with F=32 it goes to C1."""
-    load(bench, motor, f"F={f}\nWHILE 1\na=a+1\nLOOP\nC1\nc=c+1\nRETURNF\n")
-    send(bench, motor, f"{MOVE} RUN", 0.1)
-    heat(bench, motor)
-    before = ask(bench, motor, "Ra")
-    bench.run(0.1)
-    assert ask(bench, motor, "Rc") == str(calls)
-    assert (ask(bench, motor, "Ra") != before) is counts_on
 
 
 def test_f_1_decelerates(bench, motor):
