@@ -379,8 +379,7 @@ def _level(value: str, *other_values: str) -> bool:
     try:
         return LEVELS[value]
     except KeyError:
-        known_levels = ", ".join((*LEVELS, *other_values))
-        raise ProgramError(f"invalid level {value!r}: expected one of {known_levels}") from None
+        raise ProgramError(f"invalid level {value!r}: expected one of {', '.join((*LEVELS, *other_values))}") from None
 
 
 def _duration(text: str, *, above_zero: bool = False) -> float:

@@ -139,8 +139,7 @@ class Player:
     def _endpoint(self, act: Act) -> str:
         if act.controller:
             if act.controller not in self.received:
-                names = ", ".join(self.received)
-                raise ProgramError(f"unknown controller {act.controller!r}: expected one of {names}")
+                raise ProgramError(f"unknown controller {act.controller!r}: expected one of {', '.join(self.received)}")
             return act.controller
         if len(self.received) == 1 or len(self.bench.controllers) == 1:
             return next(iter(self.received))

@@ -111,8 +111,7 @@ class Motor(AxisCore):
             if bits & 3 == 3:
                 raise RefusedError(BOTH_LIMITS)
             if bits & (1 if distance > 0 else 2):
-                sign = "+" if distance > 0 else "-"
-                raise RefusedError(f"the {sign} limit is active: move in the other direction")
+                raise RefusedError(f"the {'+' if distance > 0 else '-'} limit is active: move in the other direction")
         self._aim(target, faults=self._own_faults())
         if distance:
             yield from self._board._command(0x33, *four(distance))

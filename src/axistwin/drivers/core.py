@@ -94,9 +94,8 @@ class Core(ABC):
             raise SilentError(f"no answer to {request} within {self.timeout:g} s: {self.remedy}")
         self._received += data
         if len(self._received) > MOST_BYTES:
-            begin = shown(self._received)
             raise WrongAnswerError(
-                f"the answer to {request} is too long (it begins with {begin}): "
+                f"the answer to {request} is too long (it begins with {shown(self._received)}): "
                 "check that the controller is connected to this port"
             )
 

@@ -23,13 +23,11 @@ MODELS: dict[str, Callable[..., Core]] = {
 def make(model: str, options: dict[str, Any]) -> Core:
     """Return the protocol core of a model.  Raises DriverError for an unknown model or option."""
     if model not in MODELS:
-        models = ", ".join(MODELS)
-        raise DriverError(f"unknown model {model!r}: expected one of {models}")
+        raise DriverError(f"unknown model {model!r}: expected one of {', '.join(MODELS)}")
     known = signature(MODELS[model]).parameters
     for name in options:
         if name not in known:
-            names = ", ".join(known)
-            raise DriverError(f"unknown option {name!r} for the model {model}: expected one of {names}")
+            raise DriverError(f"unknown option {name!r} for the model {model}: expected one of {', '.join(known)}")
     try:
         return MODELS[model](**options)
     except (TypeError, ValueError) as reason:

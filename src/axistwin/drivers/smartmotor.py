@@ -64,8 +64,7 @@ class SmartMotors(Core):
         for shaft in self._shafts:
             if name in (None, shaft.name):
                 return shaft
-        axes = ", ".join(self.axes)
-        raise RefusedError(f"no axis {name!r}: expected one of {axes}")
+        raise RefusedError(f"no axis {name!r}: expected one of {', '.join(self.axes)}")
 
     # Synchronisation of the driver with the motors
 
@@ -309,8 +308,7 @@ class Shaft(AxisCore):
             self._aim(None)
             if word & NOW_RIGHT and word & NOW_LEFT:
                 raise RefusedError(f"{BOTH_LIMITS}; without switches, call command('UCI UDI') before")
-            reasons = "; ".join(map(str, faults))
-            raise RefusedError(f"{self.name} does not move because of faults: {reasons}")
+            raise RefusedError(f"{self.name} does not move because of faults: {'; '.join(map(str, faults))}")
 
     def _set_profile(self) -> Procedure[None]:
         """Send the acceleration, unless the motor has it, as a difference that reveals a power cut.
@@ -330,9 +328,8 @@ class Shaft(AxisCore):
         if whole(found, "RA") != units:
             yield from self._line.send(self.prefix, "A=0")
             yield from self.prepare()
-            cause = self._lost
             raise RefusedError(
-                f"the position of {self.name} is lost, because {cause}: "
+                f"the position of {self.name} is lost, because {self._lost}: "
                 "home the axis, or call set_position, then repeat the motion"
             )
         self._set_acceleration = units

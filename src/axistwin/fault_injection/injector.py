@@ -144,8 +144,7 @@ class Faults:
     def __getitem__(self, name: str) -> Fault:
         """Return the fault with the given name.  Raises UsageError for an unknown name."""
         if name not in self._those:
-            known_faults = ", ".join(self.names) or "none"
-            raise UsageError(f"unknown fault {name!r}: known faults are {known_faults}")
+            raise UsageError(f"unknown fault {name!r}: known faults are {', '.join(self.names) or 'none'}")
         return self._those[name]
 
     @property
@@ -211,8 +210,7 @@ class Faults:
         """End the faults of this name or kind, or "all".  Raises UsageError if there is none."""
         those = [fault for fault in self if name in (fault.name, fault.kind.name, "all")]
         if not those and name != "all":
-            known_faults = ", ".join(self.names) or "none"
-            raise UsageError(f"unknown fault {name!r}: known faults are {known_faults}")
+            raise UsageError(f"unknown fault {name!r}: known faults are {', '.join(self.names) or 'none'}")
         for fault in those:
             fault.mend()
 

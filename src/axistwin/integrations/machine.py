@@ -208,5 +208,4 @@ def _check_names(stations: list[Station], given: Sequence[str]) -> None:
     known = {f"{station.name}.{axis}" for station in stations for axis in station.axes}
     for name in given:
         if name not in known and name.partition(".")[0] not in {station.name for station in stations}:
-            example = min(known)
-            raise UsageError(f"unknown axis or register {name!r}: expected e.g. {example}")
+            raise UsageError(f"unknown axis or register {name!r}: expected e.g. {min(known)}")

@@ -140,8 +140,7 @@ def _register(driver: AsyncController, name: str, known: str) -> Point:
     variable = VARIABLE.fullmatch(last)
     is_known = isinstance(driver.core, SmartMotors) and (variable or REPORT.fullmatch(last))
     if not is_known or (axis and axis not in driver.axes):
-        known_registers = known or "none, because an IF1 has no registers"
-        raise UsageError(f"unknown register {name!r}: expected {known_registers}")
+        raise UsageError(f"unknown register {name!r}: expected {known or 'none, because an IF1 has no registers'}")
 
     async def read() -> int:
         return int(await driver.number(f"R{last}" if variable else last, axis or None))

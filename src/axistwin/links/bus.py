@@ -136,13 +136,11 @@ class Master(Connection):
             case ["init"]:
                 self.slot.bus.init()
                 return "ok"
-        request = _shown(" ".join(words))
-        raise UsageError(f"unknown request {request}: expected r, w, i, s or init, e.g. r 0")
+        raise UsageError(f"unknown request {_shown(' '.join(words))}: expected r, w, i, s or init, e.g. r 0")
 
     def _store(self, offset: int, values: list[int]) -> str:
         if len(values) > MAX_BLOCK:
-            number_of_bytes = len(values)
-            raise UsageError(f"cannot write {number_of_bytes} bytes in one request: expected at most {MAX_BLOCK}")
+            raise UsageError(f"cannot write {len(values)} bytes in one request: expected at most {MAX_BLOCK}")
         for value in values:
             self.slot.bus.write(offset, value)
         return "ok"

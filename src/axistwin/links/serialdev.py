@@ -50,8 +50,7 @@ class SerialDevice:
         self._lines: Lines | None = None
         if not plug.connect(self):
             self._device.close()
-            controller_name = plug.name
-            raise LinkError(f"cannot use {url}: {controller_name} is already connected to another port")
+            raise LinkError(f"cannot use {url}: {plug.name} is already connected to another port")
         self._begin()
 
     def _begin(self) -> None:

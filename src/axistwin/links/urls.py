@@ -54,8 +54,7 @@ def parse(text: str) -> PortUrl:
     if "\0" in text:
         raise UsageError(f"invalid port URL {text!r}: expected a URL without NUL characters, e.g. tcp://127.0.0.1:5001")
     if scheme not in EXAMPLES or not colon:
-        examples = ", ".join(EXAMPLES.values())
-        raise UsageError(f"invalid port URL {text!r}: expected SCHEME:ADDRESS, e.g. {examples}")
+        raise UsageError(f"invalid port URL {text!r}: expected SCHEME:ADDRESS, e.g. {', '.join(EXAMPLES.values())}")
     rest = rest.removeprefix("//")
     if scheme == "pty":
         return PortUrl("pty", path=rest)
@@ -76,8 +75,7 @@ def _network(scheme: str, rest: str, text: str) -> PortUrl:
     host, _, number = address.rpartition(":")
     port = _number(number)
     if port is None or port > 0xFFFF:
-        example = EXAMPLES[scheme]
-        raise UsageError(f"invalid address {text!r}: expected ADDRESS:PORT, e.g. {example}")
+        raise UsageError(f"invalid address {text!r}: expected ADDRESS:PORT, e.g. {EXAMPLES[scheme]}")
     if query not in (("", "cts=rts", "cts=dtr") if scheme == "rfc2217" else ("",)):
         raise UsageError(f"invalid option {query!r} in {text!r}: expected ?cts=dtr for rfc2217, or no option")
     return PortUrl(scheme, host.strip("[]") or LOOPBACK, port, cts="dtr" if query == "cts=dtr" else "rts")
@@ -88,8 +86,7 @@ def _serial(rest: str, text: str) -> PortUrl:
     key, _, baud = query.partition("=")
     rate = _number(baud)
     if not path or (query and not (key == "baud" and rate)):
-        example = EXAMPLES["serial"]
-        raise UsageError(f"invalid serial device {text!r}: expected PATH?baud=RATE, e.g. {example}")
+        raise UsageError(f"invalid serial device {text!r}: expected PATH?baud=RATE, e.g. {EXAMPLES['serial']}")
     return PortUrl("serial", path=path, baud=rate if query else None)
 
 

@@ -53,8 +53,7 @@ def plan(wanted: "NDArray[np.float64]", last: int, tolerance: float) -> Iterator
 def _longest(low: "NDArray[np.int64]", high: "NDArray[np.int64]") -> Steps:
     """Return the command with most of the first pulses, each between its ticks `low` and `high`."""
     if high[0] <= 0 or low[0] > MOST_INTERVAL:
-        interval_ticks = int(high[0])
-        raise ValueError(f"interval of {interval_ticks} ticks between two pulses: expected 1 to {MOST_INTERVAL} ticks")
+        raise ValueError(f"interval of {int(high[0])} ticks between two pulses: expected 1 to {MOST_INTERVAL} ticks")
     best, reach = _fit(low[:1], high[:1]), 2
     assert best is not None, "a command of one pulse is always possible"
     while reach <= len(low) and (found := _fit(low[:reach], high[:reach])):

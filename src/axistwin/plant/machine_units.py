@@ -92,14 +92,12 @@ def position(given: int | str, units: MachineUnits | None) -> int:
         return given
     found = _QUANTITY.fullmatch(given) if isinstance(given, str) and len(given) < 100 else None
     if found is None or found["per_second"]:
-        example_position = _example_position(units)
-        raise UsageError(f"{shortened(str(given))} is not a position: expected e.g. {example_position}")
+        raise UsageError(f"{shortened(str(given))} is not a position: expected e.g. {_example_position(units)}")
     if found["of"] is None:
         try:
             return whole(found["number"], -MOST_POSITION, MOST_POSITION)
         except NumberError:
-            example_position = _example_position(units)
-            raise UsageError(f"invalid number of counts {given!r}: expected e.g. {example_position}") from None
+            raise UsageError(f"invalid number of counts {given!r}: expected e.g. {_example_position(units)}") from None
     counts = round(_quantity(found["number"], found["of"], units))
     if abs(counts) > MOST_POSITION:
         raise UsageError(f"position {given} is out of range: expected {-MOST_POSITION} to {MOST_POSITION} counts")

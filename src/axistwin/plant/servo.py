@@ -92,8 +92,7 @@ def _check(parameter: str, value: object, low: float | None, high: float, whole:
     check_values(value)
     kinds = int if whole else (int, float)
     if isinstance(value, bool) or not isinstance(value, kinds) or not isfinite(value):
-        expected_type = "a whole number" if whole else "a number"
-        raise UsageError(f"invalid {parameter}={value!r}: expected {expected_type}")
+        raise UsageError(f"invalid {parameter}={value!r}: expected {'a whole number' if whole else 'a number'}")
     if value > high or (value <= 0 if low is None else value < low):
         lowest = "above 0" if low is None else f"{low:g}"
         raise UsageError(f"invalid {parameter}={value!r}: expected a number from {lowest} to {high:g}")

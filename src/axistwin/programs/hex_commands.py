@@ -26,8 +26,7 @@ def language_of(target: str) -> Language:
     """Return the command language of a model.  If `target` is not a model, the language of an 1811 is returned."""
     made = product(target if target.lower() in FAMILIES else DEFAULT_MODEL)
     if made.language is None:
-        model = made.model
-        raise ProgramError(f"{model} cannot execute the hex commands of a .181x file: expected an 1810 or 1811")
+        raise ProgramError(f"{made.model} cannot execute the hex commands of a .181x file: expected an 1810 or 1811")
     return made.language
 
 

@@ -27,8 +27,7 @@ def check_ports(contents: SceneFile, source: Source) -> None:
             )
         place = _place(url)
         if place in taken:
-            earlier_port = taken[place]
-            raise source.error(f"{port} is the same port as {earlier_port}: expected a different port", path)
+            raise source.error(f"{port} is the same port as {taken[place]}: expected a different port", path)
         if place:
             taken[place] = port
 

@@ -53,8 +53,7 @@ def _check_wire(source: Pin, target: Pin, wire: WireTable, laid: Mapping[Pin, tu
             raise UsageError(
                 f"{wire.to} and {other.to} are two names of one terminal, which can have only one wire: remove a wire"
             )
-        other_source = other.from_
-        raise UsageError(f"{wire.to} already has a wire from {other_source}: remove one of the wires")
+        raise UsageError(f"{wire.to} already has a wire from {other.from_}: remove one of the wires")
     at: Pin | None = source
     while at is not None:
         if at is target:
@@ -264,9 +263,8 @@ class Builder:
         waits_for = {name: other_fault(table.when) for name, table in zip(names, tables, strict=True)}
         for number, (name, table) in enumerate(zip(names, tables, strict=True)):
             if is_in_loop(name, waits_for):
-                event = table.when
                 raise self.source.error(
-                    f"the fault {name} can never begin: its trigger {event!r} happens only after the fault {name} "
+                    f"the fault {name} can never begin: its trigger {table.when!r} happens only after the fault {name} "
                     f"has begun; expected another trigger, e.g. '{self._example_axis()} passes 1000'",
                     ("fault", number, "when"),
                 )
@@ -346,8 +344,7 @@ class Builder:
             raise UsageError(f"the scene has no controller {here!r}: expected one of {controllers}")
         names = self.bench.faults.names
         if act.target == "mend" and act.value not in (*names, *KINDS, *self._scripted(), "all"):
-            known_faults = ", ".join(names) or "none"
-            raise UsageError(f"unknown fault {act.value!r}: known faults are {known_faults}")
+            raise UsageError(f"unknown fault {act.value!r}: known faults are {', '.join(names) or 'none'}")
         if not here and act.target not in FAULT_ACTS:
             controllers = ", ".join(self.bench.controllers)
             raise UsageError(f"the key `on` is missing: expected the name of a controller, one of {controllers}")

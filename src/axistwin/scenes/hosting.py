@@ -81,8 +81,7 @@ def _kind(bench: Bench, name: str, file: str) -> str:
     if suffix not in (TALK, *KINDS):
         raise UsageError(f"{file} cannot be sent by a host: expected a file whose name ends in .if1, .181x or .talk")
     if suffix != TALK and FAMILIES[bench[name].product.model] != KINDS[suffix]:
-        controller_model = bench[name].product.indefinite
-        raise UsageError(f"{file} is not a program for {name}: expected a program for {controller_model}")
+        raise UsageError(f"{file} is not a program for {name}: expected a program for {bench[name].product.indefinite}")
     return suffix
 
 

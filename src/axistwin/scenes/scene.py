@@ -208,10 +208,9 @@ class Scene:
         for number, table in enumerate(self._contents.controller):
             count[table.called] += 1
             if count[table.called] > 1:
-                key = "model" if table.name is None else "name"
                 raise self._source.error(
                     f"two controllers have the name {table.called!r}: expected different names",
-                    ("controller", number, key),
+                    ("controller", number, "model" if table.name is None else "name"),
                 )
 
     def _check_masters(self) -> None:

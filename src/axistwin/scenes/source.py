@@ -84,9 +84,8 @@ class Source:
         try:
             check_values(self.data)
         except NumberError as error:
-            key = ".".join(map(str, error.path))
             raise self.error(
-                f"the number at {key} has more than 64 bits: expected {LOWEST} to {HIGHEST}",
+                f"the number at {'.'.join(map(str, error.path))} has more than 64 bits: expected {LOWEST} to {HIGHEST}",
                 error.path,
                 rules.VALUE.code,
             ) from None
@@ -166,8 +165,7 @@ def read_text(file: Path) -> str:
     try:
         return read_file(file).decode("utf-8-sig").replace("\r\n", "\n").replace("\r", "\n")
     except OSError as error:
-        reason = error.strerror
-        raise NoSceneError(f"the scene file cannot be read: {reason}", file=str(file)) from None
+        raise NoSceneError(f"the scene file cannot be read: {error.strerror}", file=str(file)) from None
     except UnicodeDecodeError:
         raise SceneError("the scene file is not a text file in UTF-8: save it as UTF-8", file=str(file)) from None
 

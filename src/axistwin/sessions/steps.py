@@ -24,8 +24,7 @@ class StepObserver:
 
     def __init__(self, bench: Bench, kind: str) -> None:
         if kind not in KINDS:
-            kinds = ", ".join(KINDS)
-            raise UsageError(f"unknown kind of step {kind!r}: expected one of {kinds}")
+            raise UsageError(f"unknown kind of step {kind!r}: expected one of {', '.join(KINDS)}")
         self.bench, self.kind = bench, kind
         self._seen = False
         self._talk: tuple[str, bool] | None = None

@@ -24,9 +24,8 @@ def check_counts(counts: object, action: str) -> None:
     if type(counts) is not int:
         raise UsageError(f"invalid number of counts in {action}({counts!r}): expected a whole number, e.g. 4000")
     if abs(counts) > MOST_COUNTS:
-        given_counts = shortened(str(counts))
         raise UsageError(
-            f"invalid number of counts in {action}({given_counts}): expected {-MOST_COUNTS} to {MOST_COUNTS}"
+            f"invalid number of counts in {action}({shortened(str(counts))}): expected {-MOST_COUNTS} to {MOST_COUNTS}"
         )
 
 

@@ -80,8 +80,7 @@ class HalSender(Output):
     def _prepare(self, first: bytes) -> None:
         created = json.loads(first or b"{}")
         if "created" not in created:
-            reason = created.get("error", INSTALL)
-            raise LinkError(f"cannot create the HAL component axistwin: {reason}")
+            raise LinkError(f"cannot create the HAL component axistwin: {created.get('error', INSTALL)}")
         if self.wiring.file is not None:
             try:
                 self._halcmd("-f", self.wiring.file.name)
@@ -115,8 +114,7 @@ class HalSender(Output):
             if code:
                 said = [line.strip() for line in err if not line.startswith("Note:")]
                 reason = said[0] if said else f"exit code {code}"
-                command = " ".join(words)
-                raise LinkError(f"`halcmd {command}` has failed: {reason}")
+                raise LinkError(f"`halcmd {' '.join(words)}` has failed: {reason}")
             return out.read()
 
     def _act(self, act: Callable[..., None], *values: Any) -> None:

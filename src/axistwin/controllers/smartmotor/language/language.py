@@ -241,8 +241,7 @@ _Read = Callable[[str, int, Instruction], tuple[Operand, ...]]
 def _number(text: str, at: int, found: Instruction) -> tuple[Operand, ...]:
     digits, allowed_range = text[at:].lstrip("0") or "0", found.parameters[0]
     if len(digits) > 9 or not allowed_range.allows(int(digits)):
-        number = text[at:][:20]
-        raise Malformed(f"{number} is out of range: expected {allowed_range}", at, found.chapter, rules.NUMBER)
+        raise Malformed(f"{text[at:][:20]} is out of range: expected {allowed_range}", at, found.chapter, rules.NUMBER)
     return (int(digits),)
 
 
