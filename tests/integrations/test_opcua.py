@@ -55,6 +55,7 @@ def url(scene_file):
         yield made["url"]
 
 
+@pytest.mark.slow
 def test_methods_move_axes_and_subscriptions_report(url):
     found = converse(
         url,
@@ -95,6 +96,7 @@ return found
     }  # fmt: skip
 
 
+@pytest.mark.slow
 def test_what_the_controller_refuses_has_a_status_code(url):
     found = converse(
         url,
@@ -181,6 +183,7 @@ return [moved, (await (await axis.get_child("2:Busy")).read_value()) in (True, F
             converse(made["url"], body)
 
 
+@pytest.mark.slow
 @pytest.mark.timeout(200)
 def test_only_clients_with_a_trusted_certificate_connect(scene_file, tmp_path):
     for name in ("friend", "stranger"):

@@ -12,21 +12,11 @@ from nicegui import Client
 from nicegui.testing.user import User
 from nicegui.testing.user_simulation import user_simulation
 
-from axistwin import Bench, Session
+from axistwin import Session
 from axistwin.panel.context import Common, Context
 from axistwin.panel.people import People
 
-
-def bench_of(*models, **options):
-    """Return a function that builds a bench with one controller of each model, with the model's name."""
-
-    def build():
-        bench = Bench()
-        for model in models:
-            bench.add(model, model, **options)
-        return bench
-
-    return build
+from ..benches import bench_of
 
 
 class Visit:

@@ -6,7 +6,10 @@ from collections.abc import Awaitable, Callable, Coroutine
 from pathlib import Path
 from typing import Any
 
+from click.testing import CliRunner
+
 from axistwin import Bench, Session, tracing
+from axistwin.cli import axistwin
 
 TURN_S = 1e-6
 """Shortest duration of a turn of the loop, in seconds."""
@@ -77,6 +80,18 @@ class Traced:
 def rows(path: Path) -> list[str]:
     """Return the rows of a trace without comments."""
     return [line for line in path.read_text().splitlines() if not line.startswith("#")]
+
+
+def run_saved(files: dict[str, str], directory: Path, seconds: float) -> list[str]:
+    """Write the files of a saved session, run its scene, and return the rows of the trace."""
+    for name, text in files.items():
+        (directory / name).parent.mkdir(parents=True, exist_ok=True)
+        (directory / name).write_text(text)
+    scene, trace = str(directory / "scene.toml"), directory / "again.csv"
+    arguments = ["run", scene, "--for", repr(seconds), "--signals", "*", "--trace", str(trace)]
+    outcome = CliRunner().invoke(axistwin, arguments, catch_exceptions=False)
+    assert outcome.exit_code == 0, outcome.output
+    return rows(trace)
 
 
 def upto(found: list[str], time_ns: int) -> list[str]:

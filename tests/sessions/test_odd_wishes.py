@@ -2,34 +2,16 @@
 
 import asyncio
 import shutil
-from pathlib import Path
 
 import pytest
-from click.testing import CliRunner
 
-from axistwin import Bench, Session
-from axistwin.cli import axistwin
+from axistwin import Session
 from axistwin.errors import AxistwinError, UsageError
 
-from .driving import Traced, rows
+from ..benches import bench_of
+from .driving import Traced, run_saved
 
-
-def two() -> Bench:
-    bench = Bench()
-    bench.add("if1", "a")
-    bench.add("1811", "board")
-    return bench
-
-
-def run_again(session: Session, directory: Path) -> list[str]:
-    """Run the saved scene, and return the rows of its trace."""
-    for name, text in session.save().items():
-        (directory / name).write_text(text)
-    trace, scene = directory / "again.csv", directory / "scene.toml"
-    arguments = ["run", str(scene), "--for", repr(session.seconds), "--signals", "*", "--trace", str(trace)]
-    outcome = CliRunner().invoke(axistwin, arguments, catch_exceptions=False)
-    assert outcome.exit_code == 0, outcome.output
-    return rows(trace)
+two = bench_of("if1 a", "1811 board")
 
 
 @pytest.mark.parametrize(
@@ -53,7 +35,7 @@ async def test_a_fault_is_mended_by_its_name_in_the_saved_scene_too(acts, tmp_pa
         await asyncio.sleep(0.5)
         session.do(*act)
     session.pause()
-    assert run_again(session, tmp_path) == traced.rows()
+    assert run_saved(session.save(), tmp_path, session.seconds) == traced.rows()
 
 
 async def test_a_fault_begun_together_with_something_else_is_mended_by_its_name_later(tmp_path):
@@ -65,7 +47,7 @@ async def test_a_fault_begun_together_with_something_else_is_mended_by_its_name_
     await asyncio.sleep(0.5)
     session.do("a", "mend", "gap")
     session.pause()
-    assert run_again(session, tmp_path) == traced.rows()
+    assert run_saved(session.save(), tmp_path, session.seconds) == traced.rows()
 
 
 @pytest.mark.parametrize(("said", "why"), [(b"", "the command is missing"), (b"\x84" * 17, "at most 16 bytes")])
@@ -129,11 +111,7 @@ async def test_who_gives_up_on_the_way_finds_the_breaks_armed():
 
 
 async def test_where_memory_cannot_be_put_back_hosts_are_heard_as_before(tmp_path):
-    def build() -> Bench:
-        bench = Bench()
-        bench.add("if2", state=tmp_path / "state")
-        return bench
-
+    build = bench_of("if2", state=tmp_path / "state")
     session = Session(build)
     server = session.serve()
     session.run()

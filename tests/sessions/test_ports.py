@@ -2,23 +2,17 @@
 
 import asyncio
 
-from axistwin import Bench, Session
+from axistwin import Session
 from axistwin.links import parse
 from axistwin.sessions import DRAIN_EVERY
 
+from ..benches import bench_of
 from ..links.serving import HOST_TIMEOUT_S
 
-
-def if1() -> Bench:
-    bench = Bench()
-    bench.add("if1", line="instant")
-    return bench
+if1 = bench_of("if1", line="instant")
 
 
-def board() -> Bench:
-    bench = Bench()
-    bench.add("1811")
-    return bench
+board = bench_of("1811")
 
 
 async def connected(session, name, scheme="tcp", **serving):
@@ -147,10 +141,7 @@ def test_nobody_is_connected_where_nobody_serves():
 
 
 def test_a_host_at_a_second_channel_is_repeated_too():
-    def motor() -> Bench:
-        bench = Bench()
-        bench.add("smartmotor", line="instant")
-        return bench
+    motor = bench_of("smartmotor", line="instant")
 
     async def main():
         session = Session(motor, None)

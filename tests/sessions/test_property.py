@@ -10,33 +10,24 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 import pytest
-from click.testing import CliRunner
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from axistwin import Bench, Session
-from axistwin.cli import axistwin
 from axistwin.errors import AxistwinError
 
-from .driving import Traced, do_all, drive, rows, upto
+from ..benches import bench_of
+from .driving import Traced, do_all, drive, run_saved, upto
+
+digiplan = bench_of("if2 if1", X={"limits": (-100, 400)}, Y={"motor": {"torque": [[0, 1.0], [500, 0.1]]}})
 
 
-def digiplan() -> Bench:
-    bench = Bench()
-    bench.add("if2", "if1", X={"limits": (-100, 400)}, Y={"motor": {"torque": [[0, 1.0], [500, 0.1]]}})
-    return bench
+compumotor = bench_of(
+    "1811", motor={"limits": (-3000, 9000), "encoder": {"counts_per_rev": 4000, "pulses_per_rev": 25000}}
+)
 
 
-def compumotor() -> Bench:
-    bench = Bench()
-    bench.add("1811", motor={"limits": (-3000, 9000), "encoder": {"counts_per_rev": 4000, "pulses_per_rev": 25000}})
-    return bench
-
-
-def smartmotor() -> Bench:
-    bench = Bench()
-    bench.add("smartmotor", "motor", shaft={"motor": "frame23", "limits": (-800, 900)})
-    return bench
+smartmotor = bench_of("smartmotor motor", shaft={"motor": "frame23", "limits": (-800, 900)})
 
 
 def all_of_them() -> Bench:
@@ -195,14 +186,4 @@ async def repeat(build, told, shares, directory):
     assert traced.rows() == first
     assert not session.repeating
     assert session.save() == saved
-    run_saved(saved, directory, end_ns, first)
-
-
-def run_saved(saved, directory, end_ns, first):
-    for name, text in saved.items():
-        (directory / name).write_text(text)
-    trace = directory / "saved.csv"
-    arguments = ["run", str(directory / "scene.toml"), "--for", repr(end_ns / 1e9), "--trace", str(trace)]
-    outcome = CliRunner().invoke(axistwin, [*arguments, "--signals", "*"], catch_exceptions=False)
-    assert outcome.exit_code == 0, outcome.output
-    assert rows(trace) == first
+    assert run_saved(saved, directory, end_ns / 1e9) == first

@@ -4,13 +4,12 @@ import asyncio
 from pathlib import Path
 
 import pytest
-from click.testing import CliRunner
 
-from axistwin import Bench, Scene, Session
-from axistwin.cli import axistwin
+from axistwin import Scene, Session
 from axistwin.scenes import rank_of
 
-from .driving import Traced, rows
+from ..benches import bench_of
+from .driving import Traced, run_saved
 
 SCENE = """\
 [[controller]]
@@ -26,10 +25,7 @@ do = "load next.if1"
 MESSAGE_READY = 0x08
 
 
-def board() -> Bench:
-    bench = Bench()
-    bench.add("1811")
-    return bench
+board = bench_of("1811")
 
 
 def scene_in(directory: Path) -> Scene:
@@ -52,14 +48,6 @@ def save(session: Session, directory: Path) -> None:
         (directory / name).write_text(text)
 
 
-def run_again(directory: Path, seconds: float) -> list[str]:
-    trace = directory / "again.csv"
-    arguments = ["run", str(directory / "scene.toml"), "--for", repr(seconds), "--signals", "*", "--trace", str(trace)]
-    outcome = CliRunner().invoke(axistwin, arguments, catch_exceptions=False)
-    assert outcome.exit_code == 0, outcome.output
-    return rows(trace)
-
-
 async def test_they_are_as_they_were_when_the_session_began(tmp_path):
     scene = scene_in(tmp_path / "scene")
     session = Session(scene.build, scene=scene)
@@ -68,7 +56,7 @@ async def test_they_are_as_they_were_when_the_session_began(tmp_path):
     traced = Traced(session, tmp_path)
     await wait(session, 8)
     save(session, tmp_path / "saved")
-    assert run_again(tmp_path / "saved", session.seconds) == traced.rows()
+    assert run_saved({}, tmp_path / "saved", session.seconds) == traced.rows()
 
 
 async def test_what_has_been_saved_is_loaded_into_and_saved_again(tmp_path):
@@ -84,7 +72,7 @@ async def test_what_has_been_saved_is_loaded_into_and_saved_again(tmp_path):
     session.load("if1", "next.if1", "Y40$\n")
     await wait(session, 4)
     save(session, tmp_path / "twice")
-    assert run_again(tmp_path / "twice", session.seconds) == traced.rows()
+    assert run_saved({}, tmp_path / "twice", session.seconds) == traced.rows()
     texts = {path.read_text() for path in (tmp_path / "twice").glob("*.if1")}
     assert texts == {"X10$\n", "X20$\n", "X30$\n", "Y40$\n"}
 
@@ -104,7 +92,7 @@ async def test_a_board_has_one_host_also_when_people_go_on_where_a_saved_one_has
     await wait(session, 0.5)
     assert session.bench["1811"].bus.status & MESSAGE_READY
     save(session, tmp_path / "twice")
-    assert run_again(tmp_path / "twice", session.seconds) == traced.rows()
+    assert run_saved({}, tmp_path / "twice", session.seconds) == traced.rows()
 
 
 async def test_what_was_done_later_at_the_same_nanosecond_comes_later_in_what_is_saved_again(tmp_path):
@@ -119,7 +107,7 @@ async def test_what_was_done_later_at_the_same_nanosecond_comes_later_in_what_is
     session.do("if1", "input1", "low")
     await wait(session, 1)
     save(session, tmp_path / "twice")
-    assert run_again(tmp_path / "twice", session.seconds) == traced.rows()
+    assert run_saved({}, tmp_path / "twice", session.seconds) == traced.rows()
 
 
 @pytest.mark.parametrize(

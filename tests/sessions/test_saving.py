@@ -4,13 +4,12 @@ import asyncio
 from pathlib import Path
 
 import pytest
-from click.testing import CliRunner
 
-from axistwin import Bench, Scene, Session
-from axistwin.cli import axistwin
+from axistwin import Scene, Session
 from axistwin.errors import SceneError
 
-from .driving import Traced, rows
+from ..benches import bench_of
+from .driving import Traced, run_saved
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 MOTORS = """\
@@ -40,20 +39,6 @@ async def session_of(scene: Scene, **options) -> Session:
     return session
 
 
-def run_again(directory: Path, files: dict[str, str], end_ns: int) -> list[str]:
-    """Run the saved scene, and return the rows of its trace."""
-    for name, text in files.items():
-        path = directory / name
-        path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_text(text)
-    arguments = ["run", str(directory / "scene.toml"), "--for", repr(end_ns / 1e9), "--signals", "*"]
-    outcome = CliRunner().invoke(
-        axistwin, [*arguments, "--trace", str(directory / "again.csv")], catch_exceptions=False
-    )
-    assert outcome.exit_code == 0, outcome.output
-    return rows(directory / "again.csv")
-
-
 @pytest.mark.parametrize("name", ["drill", "winder"])
 async def test_what_is_done_to_an_example_is_repeated_by_the_saved_scene(name, tmp_path):
     path = EXAMPLES / name / "scene.toml"
@@ -74,7 +59,7 @@ async def test_what_is_done_to_an_example_is_repeated_by_the_saved_scene(name, t
     session.pause()
     files = session.save()
     assert files["scene.toml"].startswith(path.read_text().rstrip())
-    assert run_again(tmp_path / "saved", files, session.bench.now) == traced.rows()
+    assert run_saved(files, tmp_path / "saved", session.seconds) == traced.rows()
 
 
 async def test_the_text_stays_as_it_is_but_for_hosts_programs_and_what_has_been_done(tmp_path):
@@ -99,7 +84,7 @@ async def test_the_text_stays_as_it_is_but_for_hosts_programs_and_what_has_been_
     assert '[[chain]]\nhost = ["chain.talk"]\nmotors = ["left", "right"]\n' in files["scene.toml"]
     assert 'do = "A release"' in files["scene.toml"]
     assert "> ECHO\\x20\nright.rs485: > RP\\x20\nleft: ! A 2.5V\n" in files["chain.talk"]
-    run_again(tmp_path / "saved", files, session.bench.now)
+    run_saved(files, tmp_path / "saved", session.seconds)
 
 
 async def test_hosts_that_stayed_away_are_left_out(tmp_path):
@@ -131,16 +116,11 @@ async def test_a_scene_that_is_written_in_another_manner_is_written_anew(tmp_pat
     assert 'title = "T"\n' in files["scene.toml"]
     assert '[[controller]]\nmodel = "if1"\nhost = ["if1.talk"]\n' in files["scene.toml"]
     assert files["scene.toml"].count("[[script]]") == 2
-    run_again(tmp_path / "saved", files, session.bench.now)
+    run_saved(files, tmp_path / "saved", session.seconds)
 
 
 async def test_programs_that_were_loaded_are_loaded_again(tmp_path):
-    def build():
-        bench = Bench()
-        bench.add("smartmotor", "motor")
-        bench.add("if1")
-        return bench
-
+    build = bench_of("smartmotor motor", "if1")
     session = Session(build, 1.0)
     traced = Traced(session, tmp_path)
     session.run()
@@ -154,15 +134,11 @@ async def test_programs_that_were_loaded_are_loaded_again(tmp_path):
     assert session.bench["motor"].registers["Ra"].read() == 2
     files = session.save()
     assert {"a_b.sms", "a_b-2.sms", "moves.if1"} < set(files)
-    assert run_again(tmp_path / "saved", files, session.bench.now) == traced.rows()
+    assert run_saved(files, tmp_path / "saved", session.seconds) == traced.rows()
 
 
 async def test_what_is_kept_without_power_goes_with_it(tmp_path):
-    def build():
-        bench = Bench()
-        bench.add("smartmotor", "motor", state=tmp_path / "memory")
-        return bench
-
+    build = bench_of("smartmotor motor", state=tmp_path / "memory")
     session = Session(build, 1.0)
     session.run()
     await asyncio.sleep(1)
@@ -241,7 +217,7 @@ async def test_what_people_do_at_the_very_nanosecond_of_the_scene_s_own_acts_com
     await session.go_to(end_ns / 1e9)
     assert order == first
     assert traced.rows() == found
-    assert run_again(tmp_path / "saved", files, end_ns) == found
+    assert run_saved(files, tmp_path / "saved", end_ns / 1e9) == found
 
 
 def watch(bench, order):
@@ -271,7 +247,7 @@ async def test_programs_from_elsewhere_that_a_scene_loads_come_along(tmp_path):
     assert files["first.talk"] == "+4\n! load y.if1  ; instead of the first\n"
     for place in ("here", "elsewhere"):
         (tmp_path / place).rename(tmp_path / f"no longer {place}")
-    run_again(tmp_path / "saved", files, session.bench.now)
+    run_saved(files, tmp_path / "saved", session.seconds)
     again = Scene.load(tmp_path / "saved" / "scene.toml").build()
     again.run(10)
     assert [again["a"].axes["X"].position, again["b"].axes["Y"].position] == [350, 70]

@@ -6,28 +6,23 @@ import logging
 
 import pytest
 
-from axistwin import Bench, Session
+from axistwin import Session
 from axistwin.errors import ProgramError, UsageError
 from axistwin.sim.frames import UartFormat
 from axistwin.sim.serial_port import Flow
 from axistwin.units import MS, to_ns
 
+from ..benches import bench_of
 from .driving import drive, until
 
 MOVE = b"X100@1000S1$\r"
 READY = b"UCI UDI ZS A=100 V=400000 MP O=0 "
 
 
-def if1() -> Bench:
-    bench = Bench()
-    bench.add("if1", X={"limits": (-100, 5000)})
-    return bench
+if1 = bench_of("if1", X={"limits": (-100, 5000)})
 
 
-def motor() -> Bench:
-    bench = Bench()
-    bench.add("smartmotor", "motor")
-    return bench
+motor = bench_of("smartmotor motor")
 
 
 async def ready() -> Session:
@@ -380,11 +375,7 @@ async def test_a_host_s_acts_at_its_line_are_kept_with_their_values():
 
 
 async def test_what_is_kept_without_power_is_as_it_was_at_the_beginning(tmp_path):
-    def build():
-        bench = Bench()
-        bench.add("smartmotor", "motor", state=tmp_path)
-        return bench
-
+    build = bench_of("smartmotor motor", state=tmp_path)
     file = tmp_path / "motor.json"
     session = Session(build, 1.0)
     old = session.bench
