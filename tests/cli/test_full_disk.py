@@ -135,6 +135,7 @@ def test_a_server(files, size, what):
     assert (code, "file too large" in messages.lower(), "Traceback" in messages) == (1, True, False)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("command", "extra"), [("ioc", "caproto"), ("opcua", "asyncua")])
 def test_a_server_of_axes(files, command, extra):
     pytest.importorskip(extra, reason=f"{extra} is not installed")

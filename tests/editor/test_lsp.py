@@ -250,6 +250,7 @@ def test_a_long_line_with_many_diagnostics_is_checked_fast(client):
     assert [each["code"] for each in client.open("file:///lists.toml", lists)] == ["SC101"]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("length", [b"abc", b"-1", b"9" * 30])
 def test_a_wrong_length_ends_the_server_in_a_line(length):
     ended = subprocess.run(

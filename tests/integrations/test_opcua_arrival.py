@@ -46,6 +46,7 @@ class Watched:
         return [await self.variable(name).read_value() for name in ("Arrived", "LastError", "Position")]
 
 
+@pytest.mark.slow
 def test_a_motion_has_arrived_only_at_its_target():
     async def move(client, station):
         axis, driver = Watched(client, station.name, next(iter(station.axes))), station.driver
@@ -75,6 +76,7 @@ def test_a_motion_has_arrived_only_at_its_target():
         assert not after
 
 
+@pytest.mark.slow
 def test_a_motion_into_a_switch_has_not_arrived_and_the_way_back_has():
     async def move(client, station):
         axis = Watched(client, station.name, next(iter(station.axes)))

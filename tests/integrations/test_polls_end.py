@@ -23,6 +23,7 @@ def serving_of(kind, machine):
     return partial(server.serving, machine)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", ["epics", "opcua"])
 def test_polls_that_end_by_an_error_of_ours_are_told(monkeypatch, kind):
     """Otherwise clients would see an axis that never changes."""

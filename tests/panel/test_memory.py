@@ -5,6 +5,8 @@ import gc
 import weakref
 from functools import partial
 
+import pytest
+
 from axistwin import Session
 from axistwin.panel.context import Common, Context
 from axistwin.panel.memory import AT_A_TIME, Memory, release
@@ -14,6 +16,7 @@ from axistwin.panel.people import People
 from .showing import bench_of, show, stage
 
 
+@pytest.mark.slow
 def test_a_page_that_is_deleted_is_freed_by_counting_references():
     """Garbage collection is switched off in this test."""
     people, common = People(), Common(Session(bench_of("if1"), None))
@@ -55,6 +58,7 @@ def test_the_loop_has_its_turn_between_a_few_elements():
     show(bench_of("if1"), whole, play)
 
 
+@pytest.mark.slow
 def test_what_is_kept_is_no_longer_searched_and_a_replaced_bench_is_freed_first():
     session = Session(bench_of("if1"), None)
     memory = Memory(session)

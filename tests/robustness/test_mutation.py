@@ -123,6 +123,7 @@ def test_a_sample_depends_on_its_seed_only(operators):
     assert first == again != other
 
 
+@pytest.mark.slow
 def test_a_tiny_campaign(tmp_path):
     """A mutant is killed if a test fails; a mutant that no test runs, or that has no effect, survives.
 

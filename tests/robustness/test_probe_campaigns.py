@@ -9,6 +9,8 @@ import pytest
 
 from axistwin.probing import Verdict
 
+pytestmark = pytest.mark.slow
+
 ROBUSTNESS = Path(__file__).parents[2] / "benchmarks" / "robustness"
 
 

@@ -15,6 +15,7 @@ SERVERS = ("tcp", "shared", "rfc2217", "pty", "bus", "panel", "ca", "pva", "opcu
 NEEDS = {"panel": "nicegui", "ca": "caproto", "pva": "p4p", "opcua": "asyncua", "lsp": "pygls"}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", SERVERS)
 @pytest.mark.timeout(240)
 def test_nothing_is_left_of_twelve_clients(name):

@@ -26,6 +26,7 @@ def tuning(directory):
     return made.subject_to("low", "max table.X.position <= 2300")
 
 
+@pytest.mark.slow
 def test_the_same_trials_after_an_interruption_and_the_worst_case_counts(tmp_path):
     whole = tuning(tmp_path).run(tmp_path / "a.db", trials=7, seconds=4, workers=0)
     assert len({json.dumps(trial.values) for trial in whole.trials}) > 4
