@@ -62,7 +62,9 @@ class Switches:
 
     def _title(self, name: str) -> str:
         lamp = self._lamps.get(name)
-        return lamp.name if lamp is not None and not name.startswith("output") else _spaced(name)
+        if lamp is not None and not name.startswith("output"):
+            return lamp.name
+        return re.sub(r"(?<=[a-z])(?=\d)", " ", name.replace("_", " "))
 
     def _art(self) -> str:
         rows = ("".join(map(self._switch, self.inputs)), "".join(map(self._lamp, self.outputs)))
@@ -83,10 +85,6 @@ class Switches:
     def _tip(self, name: str) -> str:
         doc = self._lamps[name].doc if name in self._lamps else ""
         return f"{self._name}.{name}.  {doc}".strip()
-
-
-def _spaced(name: str) -> str:
-    return re.sub(r"(?<=[a-z])(?=\d)", " ", name.replace("_", " "))
 
 
 def on_slides(controller: Controller) -> dict[str, str]:

@@ -60,7 +60,8 @@ class Editing(Protocol):
 
 def explain(command: Command, marked: Field | None = None) -> str:
     """Return the description of a command in Markdown.  `marked`: the parameter to emphasise."""
-    paragraphs = [f"**{show_controls(str(_code(command)))}** {command.name}", f"`{show_controls(command.syntax)}`"]
+    code = f"{command.code:02X}" if isinstance(command.code, int) else command.code
+    paragraphs = [f"**{show_controls(code)}** {command.name}", f"`{show_controls(command.syntax)}`"]
     if command.parameters:
         paragraphs.append("\n".join(f"- {_parameter(each, marked)}" for each in command.parameters))
     if command.handler is not None and (description := _docstring(command.handler)):
@@ -72,10 +73,6 @@ def explain(command: Command, marked: Field | None = None) -> str:
 def item(command: Command, label: str, insert: str = "") -> Item:
     """Return an entry of the editor's completion list: a command and its description."""
     return Item(label, "command", f"{command.name} · {show_controls(command.syntax)}", explain(command), insert)
-
-
-def _code(command: Command) -> str:
-    return f"{command.code:02X}" if isinstance(command.code, int) else command.code
 
 
 def _parameter(parameter: Field, marked: Field | None) -> str:

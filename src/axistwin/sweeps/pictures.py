@@ -41,7 +41,8 @@ def save(table: "pa.Table", plan: Mapping[str, Any], path: Path, title: str = ""
 
 
 def _draw(figure: "Figure", table: "pa.Table", plan: Mapping[str, Any], names: Sequence[str], title: str) -> None:
-    paths = [path for path in plan["varied"] if _is_number(table, path)][:MOST_PATHS]
+    numeric = [path for path in plan["varied"] if str(table.schema.field(path).type) in ("double", "int64")]
+    paths = numeric[:MOST_PATHS]
     shares = sensitivity.indices(table, plan)
     maps = len(paths) == 2 or bool(shares)
     columns = 1 + len(paths) + maps
@@ -67,10 +68,6 @@ def _draw(figure: "Figure", table: "pa.Table", plan: Mapping[str, Any], names: S
             _heat_map(figure, row[-1], paths, [_numbers(table[path].to_pylist()) for path in paths], values)
     if title:
         figure.suptitle(title, x=0.012, ha="left", fontsize=11, color=INK)
-
-
-def _is_number(table: "pa.Table", path: str) -> bool:
-    return str(table.schema.field(path).type) in ("double", "int64")
 
 
 def _numbers(values: Sequence[Any]) -> "np.ndarray[Any, np.dtype[np.float64]]":

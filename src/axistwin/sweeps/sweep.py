@@ -28,7 +28,7 @@ from axistwin.sweeps.job import Job, Row, Runner, check_names
 from axistwin.sweeps.journal import Journal
 from axistwin.sweeps.sentences import measure
 from axistwin.sweeps.values import Value, Values, read_values
-from axistwin.sweeps.workers import LIMIT_S, Engine, Task, ThisProcess, Workers, compile_servos
+from axistwin.sweeps.workers import LIMIT_S, Engine, ThisProcess, Workers, compile_servos
 from axistwin.version import VERSION
 
 if TYPE_CHECKING:
@@ -187,14 +187,18 @@ class Sweep:
             known = searching.known(results, self.claims)
             yield from searching.search(engine, self.varied, tuple(self.claims), design.search, design.seed, known)
             return
-        yield from engine.map(_tasks(found, results.done))
+        done = frozenset(results.done)  # the journal adds to it
+        yield from engine.map((number, values) for number, values in enumerate(found) if number not in done)
 
     def _types(self, found: Points) -> dict[str, str]:
         columns: list[Sequence[Value]] = [*zip(*found, strict=True)]
         columns = columns or [values.samples for values in self.varied.values()]
         types = {"run": "whole"}
         types |= {path: journal.kind_of(column) for path, column in zip(self.varied, columns, strict=True)}
-        types |= {name: "numbers" if _is_list(text) else "number" for name, text in self.measures.items()}
+        types |= {
+            name: "numbers" if measure(text).text.endswith(" each") else "number"
+            for name, text in self.measures.items()
+        }
         for name in self.claims:
             types |= {name: "truth", f"{name}.robustness": "number", f"{name}.at_s": "number"}
         texts = dict.fromkeys(("difference", "notes", "worker", "version", "scene"), "text")
@@ -229,15 +233,6 @@ def _checked(values: Values, drawn: Sequence[Value]) -> Sequence[Value]:
     if values.listed or not drawn:
         return values.samples
     return [min(drawn), max(drawn)]
-
-
-def _is_list(text: str) -> bool:
-    return measure(text).text.endswith(" each")
-
-
-def _tasks(found: Points, done: set[int]) -> Iterator[Task]:
-    skip = frozenset(done)
-    return ((number, values) for number, values in enumerate(found) if number not in skip)
 
 
 def _kept(out: Path) -> Path:

@@ -10,7 +10,7 @@ from axistwin.links.pacing import read_speed
 from axistwin.numbers import NumberError, real, shortened
 from axistwin.plant.servo_axis import ServoAxis
 from axistwin.reports.columns import columns
-from axistwin.sim.pins import Pin, UserPin
+from axistwin.sim.pins import UserPin
 from axistwin.teaching.commands import own_command
 from axistwin.teaching.pupil import Pupil
 from axistwin.terminal.screen import Screen
@@ -191,7 +191,8 @@ def _pins(end: VirtualEnd) -> Iterable[tuple[str, ...]]:
     analog = any(isinstance(pin, UserPin) for pin in pins.values())
     for name, pin in pins.items():
         volts = actions.voltage(pin.volts) if isinstance(pin, UserPin) else ""
-        yield name, actions.level_name(pin.level), *[volts] * analog, _how(pin)
+        how = "driven" if pin.driven else "flashing" if pin.flashing else ""
+        yield name, actions.level_name(pin.level), *[volts] * analog, how
 
 
 def _axes(end: VirtualEnd) -> Iterable[tuple[str, ...]]:
@@ -206,7 +207,3 @@ def _axes(end: VirtualEnd) -> Iterable[tuple[str, ...]]:
             continue
         lost = f"{axis.pulses - axis.position} pulses lost" if axis.pulses != axis.position else ""
         yield name, str(axis.position), f"{axis.velocity:g} pulses/s" if axis.velocity else "at rest", lost
-
-
-def _how(pin: Pin) -> str:
-    return "driven" if pin.driven else "flashing" if pin.flashing else ""

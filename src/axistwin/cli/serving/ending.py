@@ -6,7 +6,7 @@ A defect of the web framework or of the panel is logged with its traceback, and 
 import asyncio
 import logging
 import signal
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from functools import partial
 from traceback import walk_tb
 from typing import Any
@@ -66,11 +66,6 @@ def _handle_exception(ended: asyncio.Future[int], context: dict[str, Any]) -> No
 
 def _is_own(error: BaseException) -> bool:
     """True if the error was raised by a callback or task of axistwin, but not of the panel."""
-    began_in = next((name for name in _modules(error) if not name.startswith("asyncio")), "")
+    modules = (f"{frame.f_globals.get('__name__', '')}." for frame, _ in walk_tb(error.__traceback__))
+    began_in = next((name for name in modules if not name.startswith("asyncio")), "")
     return began_in.startswith(OWN_MODULES) and not began_in.startswith(DISPLAY_MODULES)
-
-
-def _modules(error: BaseException) -> Iterator[str]:
-    """Yield the name of each module in the traceback of an error, with a dot at its end: `axistwin.panel.`."""
-    for frame, _ in walk_tb(error.__traceback__):
-        yield f"{frame.f_globals.get('__name__', '')}."

@@ -200,7 +200,8 @@ async def _with_person(
     virtual: "VirtualEnd | None" = None,
 ) -> int:
     if not _edited():
-        return await _converse(screen, commands, _typed(lines), end, keyboard)
+        Thread(target=_read_lines, args=(asyncio.get_running_loop(), lines), daemon=True).start()
+        return await _converse(screen, commands, lines, end, keyboard)
     from prompt_toolkit.patch_stdout import patch_stdout
 
     from axistwin.terminal.editor import LineEditor, history
@@ -276,11 +277,6 @@ async def _converse(screen: Screen, commands: LocalCommands, lines: Lines, end: 
 
 def _codes(keyboard: str, line: bytes) -> bytes:
     return line if keyboard == "us" else to_codes(keyboard, line.decode(errors="replace")).encode("ascii", "replace")
-
-
-def _typed(lines: Lines) -> Lines:
-    Thread(target=_read_lines, args=(asyncio.get_running_loop(), lines), daemon=True).start()
-    return lines
 
 
 def _read_lines(loop: asyncio.AbstractEventLoop, lines: Lines) -> None:

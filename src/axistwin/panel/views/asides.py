@@ -84,8 +84,10 @@ class Asides:
                 self.add(self._read(getattr(self._tutor, command)))
             case "explain":
                 self.add(self._read(lambda: self._tutor.explain(words)))
-            case "task" | "show":
-                self.show_solution() if command == "show" else self._show_task()
+            case "task":
+                self.add([NO_LESSON if (found := context.common(Lessons).of(name)) is None else found[1].task])
+            case "show":
+                self.show_solution()
             case "init":
                 return self._initialise()
             case "drive":
@@ -102,10 +104,6 @@ class Asides:
         """Show the commands that the user has to type for the present step of a lesson."""
         found = self._context.common(Lessons).of(self._name)
         self.add([f"type  {line}" for line in found[1].solution] if found is not None else [NO_LESSON])
-
-    def _show_task(self) -> None:
-        found = self._context.common(Lessons).of(self._name)
-        self.add([found[1].task if found is not None else NO_LESSON])
 
     def _initialise(self) -> Awaitable[None] | None:
         context = self._context

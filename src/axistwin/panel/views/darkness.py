@@ -22,7 +22,8 @@ class Darkness(ui.dark_mode, component="darkness.js"):
 def darkness(context: Context) -> None:
     """Build the button that selects dark or light colours; the selection is stored for this user."""
     settings = context.person.settings
-    dark = Darkness(_mode(settings.get("dark")))
+    kept = settings.get("dark")
+    dark = Darkness(kept if isinstance(kept, bool) else None)
 
     def show() -> None:
         icon, words = MODES[dark.value]
@@ -36,7 +37,3 @@ def darkness(context: Context) -> None:
 
     button = ui.button(on_click=change).props("dense flat color=white").mark("darkness")
     show()
-
-
-def _mode(setting: object) -> bool | None:
-    return setting if isinstance(setting, bool) else None

@@ -49,13 +49,10 @@ class _View:
         button.tooltip("six short lessons, from the first command to a repeating sequence")
         with button, ui.menu().classes("lesson-menu"):
             for number in range(1, len(self._course) + 1):
-                with self._item(number):
+                item = ui.menu_item(on_click=partial(self._begin, number)).props("role=menuitem")
+                with item.mark(f"lesson-{self._name}-{number}"):
                     self._titles.append(ui.item_label().mark(f"lesson-name-{self._name}-{number}"))
         self._list()
-
-    def _item(self, number: int) -> ui.menu_item:
-        item = ui.menu_item(on_click=partial(self._begin, number)).props("role=menuitem")
-        return item.mark(f"lesson-{self._name}-{number}")
 
     @property
     def _setting(self) -> str:
