@@ -26,6 +26,9 @@ units = { per = 1000, of = "mm" }
 model = "smartmotor"
 name = "motor"
 """
+PATIENCE = {"timeout": 60.0}
+"""Options of a driver at a controller that is faster than real time: its time-outs are by the wall clock."""
+SLOW_COMPUTER = [word for name in ("if1", "board", "motor") for word in ("--option", f"{name}.timeout=60")]
 
 
 def free_port():
@@ -41,10 +44,12 @@ def free_port():
 
 @pytest.fixture(scope="session", autouse=True)
 def repeater():
-    """Hold the port of the CA repeater, so that no client starts one, which would outlive it and hold its pipes."""
+    """Hold the port of the CA repeater, so that no client starts one, which would outlive it; send no beacons."""
     with socket.socket(type=socket.SOCK_DGRAM) as held, pytest.MonkeyPatch.context() as patch:
         held.bind(("127.0.0.1", 0))
         patch.setenv("EPICS_CA_REPEATER_PORT", str(held.getsockname()[1]))
+        patch.setenv("EPICS_CAS_AUTO_BEACON_ADDR_LIST", "NO")
+        patch.setenv("EPICS_CAS_BEACON_ADDR_LIST", "")
         yield
 
 
@@ -74,20 +79,15 @@ def running(command, *words):
         yield json.loads(line)
     finally:
         process.send_signal(signal.SIGTERM)
-        code = process.wait(20)
+        code = process.wait()
         process.stdout.close()
     assert code == 0
 
 
-def client(port, text, timeout=50):
+def client(port, text):
     """Run a client's program; return the JSON that it prints in its last line."""
-    done = subprocess.run(
-        [sys.executable, "-W", "ignore", "-c", text],
-        env=environment(port),
-        capture_output=True,
-        text=True,
-        timeout=timeout,
-    )
+    words = [sys.executable, "-W", "ignore", "-c", text]
+    done = subprocess.run(words, env=environment(port), capture_output=True, text=True)
     assert done.returncode == 0, done.stderr
     return json.loads(done.stdout.splitlines()[-1])
 

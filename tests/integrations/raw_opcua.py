@@ -150,7 +150,7 @@ class Raw:
 @asynccontextmanager
 async def raw(url, policy=None, *, channel=True):
     """Connect; with `channel` also open a secure channel: without a policy, the channel has no security."""
-    client = UaClient(timeout=20)
+    client = UaClient(timeout=300)
     if policy is not None:
         client.set_security(policy)
     host, port = url.removeprefix("opc.tcp://").partition("/")[0].split(":")

@@ -98,11 +98,6 @@ def channel_of(kind, value, put=None):
     return channel_access._make(Field(kind, value), value, put, ca.ChannelAlarm(), "motor")
 
 
-def without_beacons(monkeypatch):
-    monkeypatch.setenv("EPICS_CAS_AUTO_BEACON_ADDR_LIST", "NO")
-    monkeypatch.setenv("EPICS_CAS_BEACON_ADDR_LIST", "")
-
-
 async def until_gone(context, count):
     for _ in range(1000):
         if not context.circuits and len(asyncio.all_tasks()) <= count:
@@ -131,7 +126,6 @@ def test_one_client_too_many_is_refused(monkeypatch):
         return refused
 
     monkeypatch.setattr(channel_access, "MOST_CLIENTS", 1)
-    without_beacons(monkeypatch)
     assert asyncio.run(visits()) == b""
 
 
@@ -174,13 +168,12 @@ def test_nothing_is_left_of_a_client(monkeypatch, does):
         return left
 
     monkeypatch.setattr(channel_access, "_Context", Context)
-    without_beacons(monkeypatch)
     assert asyncio.run(visits()) == (0, 0)
 
 
 @pytest.mark.parametrize("refused", [False, True])
 @pytest.mark.parametrize("leaves", ["clears", "closes", "aborts"])
-def test_a_client_may_leave_before_its_write_ends(monkeypatch, leaves, refused):
+def test_a_client_may_leave_before_its_write_ends(leaves, refused):
     async def visits():
         free, ends = asyncio.Event(), []
 
@@ -209,11 +202,10 @@ def test_a_client_may_leave_before_its_write_ends(monkeypatch, leaves, refused):
             await other.until(ca.ReadNotifyResponse)
             return ends
 
-    without_beacons(monkeypatch)
-    assert asyncio.run(asyncio.wait_for(visits(), 20)) == [1]
+    assert asyncio.run(visits()) == [1]
 
 
-def test_a_cleared_channel_takes_only_its_own_updates_away(monkeypatch):
+def test_a_cleared_channel_takes_only_its_own_updates_away():
     async def visits():
         first, second = channel_of(Kind.LONG, 0), channel_of(Kind.LONG, 0)
         async with served({"A": first, "B": second}) as visitor:
@@ -230,8 +222,7 @@ def test_a_cleared_channel_takes_only_its_own_updates_away(monkeypatch):
             await second.write(8, verify_value=False)
             return (await client.until(ca.EventAddResponse)).data[0]
 
-    without_beacons(monkeypatch)
-    assert asyncio.run(asyncio.wait_for(visits(), 20)) == 8
+    assert asyncio.run(visits()) == 8
 
 
 def message(command, payload=b"", kind=0, count=0, first=0, second=0):
@@ -264,7 +255,7 @@ LONG = struct.pack(">HHHHIIII", READ, 0xFFFF, 6, 0, 0, 0, 2**31, 1)
     ],
     ids=["read", "write", "subscribe", "short", "command", "noise", "long", "crossed"],
 )  # fmt: skip
-def test_an_invalid_message_costs_its_sender_the_connection_and_us_one_line(monkeypatch, caplog, data, why):
+def test_an_invalid_message_costs_its_sender_the_connection_and_us_one_line(caplog, data, why):
     async def visits():
         async with served({"P": channel_of(Kind.LONG, 0)}) as visitor:
             client, other = await visitor(), await visitor()
@@ -275,15 +266,14 @@ def test_an_invalid_message_costs_its_sender_the_connection_and_us_one_line(monk
             other.send(other.channel.read())
             await other.until(ca.ReadNotifyResponse)
 
-    without_beacons(monkeypatch)
     logging.getLogger("caproto").setLevel(logging.CRITICAL)  # as the IOC does
-    asyncio.run(asyncio.wait_for(visits(), 20))
+    asyncio.run(visits())
     lines = [record.getMessage() for record in caplog.records if record.levelno == logging.CRITICAL]
     assert [line.partition("invalid ")[2] for line in lines] == [why]
     assert all(record.exc_info is None for record in caplog.records if record.levelno == logging.CRITICAL)
 
 
-def test_a_channel_that_the_library_takes_away_ends_its_updates_quietly(monkeypatch):
+def test_a_channel_that_the_library_takes_away_ends_its_updates_quietly():
     async def visits():
         channel = channel_of(Kind.LONG, 0)
         async with served({"P": channel}) as visitor:
@@ -299,8 +289,7 @@ def test_a_channel_that_the_library_takes_away_ends_its_updates_quietly(monkeypa
                     pass
             return (await other.until(ca.EventAddResponse)).data[0]
 
-    without_beacons(monkeypatch)
-    assert asyncio.run(asyncio.wait_for(visits(), 20)) == 7
+    assert asyncio.run(visits()) == 7
 
 
 def test_a_client_that_does_not_read_its_updates_delays_nobody(monkeypatch, caplog):
@@ -330,8 +319,7 @@ def test_a_client_that_does_not_read_its_updates_delays_nobody(monkeypatch, capl
 
     monkeypatch.setattr(ca, "MAX_TOTAL_SUBSCRIPTION_BACKLOG", 5)
     monkeypatch.setattr(channel_access._Context, "CircuitClass", Circuit)
-    without_beacons(monkeypatch)
-    asyncio.run(asyncio.wait_for(visits(), 20))
+    asyncio.run(visits())
     assert "is disconnected, because it does not read its updates" in caplog.text
 
 
@@ -341,7 +329,7 @@ def test_invalid_messages_of_a_hundred_clients_are_a_few_lines(scene_file):
     with running(*words) as program:
         address, number = json.loads(program.stdout.readline())["address"].split(":")
         for _ in range(100):
-            with socket.create_connection((address, int(number)), 10) as client, suppress(ConnectionError):
+            with socket.create_connection((address, int(number)), 300) as client, suppress(ConnectionError):
                 client.sendall(message(99))
                 while client.recv(4096):
                     pass
@@ -357,7 +345,7 @@ def test_invalid_messages_of_a_hundred_clients_are_a_few_lines(scene_file):
     ]
 
 
-def test_a_subscription_to_an_impossible_type_takes_nothing_from_others(monkeypatch):
+def test_a_subscription_to_an_impossible_type_takes_nothing_from_others():
     """A text is no number: the library would raise its error in the poll that publishes the text."""
 
     async def publish():
@@ -371,8 +359,7 @@ def test_a_subscription_to_an_impossible_type_takes_nothing_from_others(monkeypa
             await channel.write("mm", verify_value=False)
             return (await clients[1].until(ca.EventAddResponse)).data[0]
 
-    without_beacons(monkeypatch)
-    assert asyncio.run(asyncio.wait_for(publish(), 20)) == b"mm"
+    assert asyncio.run(publish()) == b"mm"
 
 
 def test_a_text_that_channel_access_cannot_transfer_is_shown_with_question_marks():

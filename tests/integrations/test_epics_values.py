@@ -10,13 +10,13 @@ from axistwin import Bench
 from axistwin.integrations import of_scene
 
 from ..bad_values import TABLE
-from .conftest import free_port
+from .conftest import PATIENCE, free_port
 
 ca = pytest.importorskip("caproto", reason="caproto is not installed")
 
 from axistwin.integrations.epics import Ioc  # noqa: E402
 
-from .test_channel_access import Visitor, without_beacons  # noqa: E402
+from .test_channel_access import Visitor  # noqa: E402
 
 FIELDS = {
     "move_to": ("VAL", "DVAL", "RVAL"), "move_by": ("RLV",), "move_at": ("JVEL",), "home": ("HOMF", "HOMR"),
@@ -65,7 +65,7 @@ async def ioc_of(*models, **options):
     bench = Bench()
     for model in models:
         bench.add(model, name=model)
-    async with await of_scene(bench, {}, speed=None, **options) as machine:
+    async with await of_scene(bench, dict.fromkeys(models, PATIENCE), speed=None, **options) as machine:
         made, port = Ioc(machine, "P:"), free_port()
         yield made, port
 
@@ -125,26 +125,17 @@ async def by_pv_access(*models, **options):
         yield Lab(ioc, put)
 
 
-def run(session):
-    async def whole():
-        async with asyncio.timeout(60):
-            return await session()
-
-    return asyncio.run(whole())
-
-
-def test_channel_access_refuses_bad_values(monkeypatch):
+def test_channel_access_refuses_bad_values():
     async def session():
         async with by_channel_access(*dict(AXES)) as lab:
             words = [(field, b"five", False) for field in dict.fromkeys(field for field, *_ in WRITES)]
             found = {model: await lab.accepted(WRITES + words, f"P:{model}:{axis}") for model, axis in AXES}
             return found, await lab.put("P:1811:motor.VAL", 100), lab.records["P:1811:motor"].values["RBV"]
 
-    without_beacons(monkeypatch)
-    assert run(session) == ({model: [] for model, _ in AXES}, "", 100)
+    assert asyncio.run(session()) == ({model: [] for model, _ in AXES}, "", 100)
 
 
-def test_pv_access_refuses_bad_values(monkeypatch):
+def test_pv_access_refuses_bad_values():
     """The client's library itself refuses a text, and makes an integer of a number for an integer field."""
 
     async def session():
@@ -153,11 +144,10 @@ def test_pv_access_refuses_bad_values(monkeypatch):
             found = {model: await lab.accepted(writes, f"P:{model}:{axis}") for model, axis in AXES}
             return found, await lab.put("P:1811:motor.VAL", 100), lab.records["P:1811:motor"].values["RBV"]
 
-    without_beacons(monkeypatch)
-    assert run(session) == ({model: [] for model, _ in AXES}, "", 100)
+    assert asyncio.run(session()) == ({model: [] for model, _ in AXES}, "", 100)
 
 
-def test_no_number_becomes_another_integer_by_channel_access(monkeypatch):
+def test_no_number_becomes_another_integer_by_channel_access():
     async def session():
         async with by_channel_access("1811", "smartmotor", registers=["smartmotor.a"]) as lab:
             numbers = (nan, inf, -inf, 0.5, -1, 2.0**31, 2.0**32 + 1, 1e300)
@@ -174,11 +164,10 @@ def test_no_number_becomes_another_integer_by_channel_access(monkeypatch):
             ]
             return accepted, points, lab.points["P:1811:output1"].value, lab.points["P:smartmotor:a"].value
 
-    without_beacons(monkeypatch)
-    assert run(session) == ([], [], 1, 5)
+    assert asyncio.run(session()) == ([], [], 1, 5)
 
 
-def test_pv_access_refuses_a_put_without_a_value(monkeypatch):
+def test_pv_access_refuses_a_put_without_a_value():
     """Its default is 0, which would be a target, or Stop."""
 
     async def session():
@@ -191,12 +180,11 @@ def test_pv_access_refuses_a_put_without_a_value(monkeypatch):
             pins = [await lab.put("P:1811:output1", 7), lab.points["P:1811:output1"].value]
             return arrived, accepted, pins, lab.records[motor].values["RBV"]
 
-    without_beacons(monkeypatch)
-    assert run(session) == ("", [], ["output1 cannot be 7: expected 0 or 1", None], 100)
+    assert asyncio.run(session()) == ("", [], ["output1 cannot be 7: expected 0 or 1", None], 100)
 
 
 @pytest.mark.parametrize("stops", [False, True])
-def test_a_client_of_pv_access_may_leave_before_its_move_ends(monkeypatch, stops):
+def test_a_client_of_pv_access_may_leave_before_its_move_ends(stops):
     async def session():
         escaped = []
         asyncio.get_running_loop().set_exception_handler(lambda _, context: escaped.append(context["message"]))
@@ -215,17 +203,15 @@ def test_a_client_of_pv_access_may_leave_before_its_move_ends(monkeypatch, stops
             async with pv_access_client(port) as client:
                 return escaped, await client.get(f"{record.name}.RBV") == record.values["RBV"], record.values["DMOV"]
 
-    without_beacons(monkeypatch)
-    assert run(session) == ([], True, 1)
+    assert asyncio.run(session()) == ([], True, 1)
 
 
-def test_a_ramp_that_is_too_short_for_a_number_is_refused(monkeypatch):
+def test_a_ramp_that_is_too_short_for_a_number_is_refused():
     async def session():
         async with by_channel_access("smartmotor") as lab:
             motor = "P:smartmotor:shaft"
             accepted = await lab.put(f"{motor}.ACCL", 1e-300)
             return accepted, await lab.put(motor, 100), lab.records[motor].values["DMOV"]
 
-    without_beacons(monkeypatch)
     expected = "Python exception: RefusedError ACCL=1e-300 is out of range: expected a longer time"
-    assert run(session) == ("", expected, 1)
+    assert asyncio.run(session()) == ("", expected, 1)

@@ -1,6 +1,5 @@
 """What the record FAULT says leads out: each text is obeyed by writes to records and work at the machine alone."""
 
-import asyncio
 import re
 from typing import NamedTuple
 
@@ -50,6 +49,12 @@ SCENES = (
 )  # fmt: skip
 
 
+async def told(record, words):
+    while words not in record.values["FAULT"]:
+        record.axis.station.wake()
+        await record.axis.station.polled()
+
+
 @pytest.mark.parametrize("scene", SCENES, ids=lambda scene: f"{scene.model} {scene.says.partition(':')[0]}")
 def test_what_the_record_says_leads_out(scene):
     async def session(lab):
@@ -63,16 +68,10 @@ def test_what_the_record_says_leads_out(scene):
         with pytest.raises(DriverError):
             await record.put("VAL", scene.target)
         core.timeout = patience
-        async with asyncio.timeout(20):
-            while scene.says not in record.values["FAULT"]:
-                record.axis.station.wake()
-                await record.axis.station.polled()
+        await told(record, scene.says)
         if scene.by_hand == "power":
             machine.power_cycle()
-            async with asyncio.timeout(20):
-                while "set the position" not in record.values["FAULT"]:
-                    record.axis.station.wake()
-                    await record.axis.station.polled()
+            await told(record, "set the position")
         elif scene.by_hand:
             action(machine, *scene.by_hand.split(" ", 1))()
         ways = record.values["FAULT"].split(", or ")

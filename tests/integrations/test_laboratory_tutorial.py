@@ -42,7 +42,7 @@ class Shell:
             words = [str(Path(sys.executable).parent / program), *rest]
         to = {"cwd": self.directory, "env": self.environment, "text": True, "stdout": subprocess.PIPE}
         if not command.endswith("&"):
-            return subprocess.run(words, timeout=50, check=True, **to).stdout
+            return subprocess.run(words, check=True, **to).stdout
         at = words.index(">") if ">" in words else len(words)
         process = subprocess.Popen(words[:at], **to)
         self.background.callback(self.end, process)
@@ -51,12 +51,11 @@ class Shell:
 
     def end(self, process):
         process.terminate()
-        process.wait(20)
+        process.wait()
         process.stdout.close()
 
 
 @pytest.mark.slow
-@pytest.mark.timeout(120)
 @pytest.mark.parametrize("title", SECTIONS)
 def test_a_section_prints_what_it_shows(title, tmp_path):
     for library in SECTIONS[title]:
@@ -65,6 +64,7 @@ def test_a_section_prints_what_it_shows(title, tmp_path):
     lay_out(page("laboratory").replace("4840", port), tmp_path)
     text = section(title).replace("127.0.0.1:5001", f"127.0.0.1:{port}").replace("4840", port)
     text = text.replace("axistwin opcua motor.toml", f"axistwin opcua motor.toml --port {port}")
+    text = text.replace("--speed 5", "--speed 5 --option slide.timeout=60")  # the computer may be slow
     with ExitStack() as background:
         shell = Shell(tmp_path, int(port), background)
         ran = acts(text)

@@ -10,6 +10,8 @@ from axistwin.drivers import DriverError, RefusedError
 from axistwin.integrations import of_scene
 from axistwin.integrations.epics import MotorRecord
 
+from .conftest import PATIENCE
+
 HOME_SWITCH, DONE, MOVING, SILENT = 8, 2, 1 << 10, 1 << 12
 
 
@@ -36,18 +38,16 @@ class Lab:
 
     async def until(self, axis, **wanted):
         record = self.records[axis]
-        async with asyncio.timeout(20):
-            while any(record.values[field] != value for field, value in wanted.items()):
-                record.axis.station.wake()
-                await record.axis.station.polled()
+        while any(record.values[field] != value for field, value in wanted.items()):
+            record.axis.station.wake()
+            await record.axis.station.polled()
 
 
 @asynccontextmanager
 async def lab(model, speed=50.0, period_s=0.01, **options):
     bench = Bench()
     bench.add(model, **options)
-    machine = await of_scene(bench, {}, speed=speed, period_s=period_s)
-    async with machine:
+    async with await of_scene(bench, {model: PATIENCE}, speed=speed, period_s=period_s) as machine:
         made = Lab(bench, machine)
         polling = asyncio.create_task(machine.run())
         try:
@@ -59,7 +59,7 @@ async def lab(model, speed=50.0, period_s=0.01, **options):
 
 def run(session, model="1811", **options):
     async def whole():
-        async with asyncio.timeout(30), lab(model, **options) as made:
+        async with lab(model, **options) as made:
             await session(made)
 
     asyncio.run(whole())
@@ -128,11 +128,7 @@ def test_limits_of_the_record_refuse_targets_and_end_jogs():
 
 @pytest.mark.parametrize(
     ("model", "options"),
-    [
-        ("1811", {"motor": {"units": {"per": 1000, "of": "mm"}}}),
-        ("if1", {"self_test_s": 0.1, "X": {"units": {"per": 1000, "of": "mm"}}}),
-        ("smartmotor", {"shaft": {"units": {"per": 1000, "of": "mm"}}}),
-    ],
+    [("1811", MM), ("if1", {"self_test_s": 0.1, "X": MM["motor"]}), ("smartmotor", {"shaft": MM["motor"]})],
 )
 def test_a_jog_comes_to_rest_at_the_limit_however_seldom_the_axis_is_read(model, options):
     async def session(lab):
@@ -179,12 +175,7 @@ def test_direction_offset_resolution_and_the_set_mode_define_positions():
         assert (motor.values["OFF"], motor.values["RBV"], motor.values["VAL"], motor.values["DRBV"]) == (13, 10, 10, 3)
         await motor.put("FOFF", "Frozen")
         await motor.put("VAL", 11.0)
-        assert (motor.values["OFF"], motor.values["RBV"], motor.values["DRBV"], motor.values["RRBV"]) == (
-            13,
-            11,
-            2,
-            2000,
-        )
+        assert [motor.values[name] for name in ("OFF", "RBV", "DRBV", "RRBV")] == [13, 11, 2, 2000]
         await motor.put("SET", "Use")
         await motor.put("VAL", 12.0)
         assert motor.values["DRBV"] == 1.0 and lab.bench["1811"].axes["motor"].position == 2000  # 3000 was cut to 2000
@@ -223,7 +214,7 @@ def test_a_jog_ends_at_rest_by_a_write(ends):
 def test_a_paused_move_continues_and_move_pauses_after_it():
     async def session(lab):
         motor = lab.records["motor"]
-        await motor.put("VELO", 100)
+        await motor.put("VELO", 1)  # the move takes minutes on a fast computer and on a slow one
         move = asyncio.create_task(motor.put("VAL", 20_000))
         await lab.until("motor", MOVN=1)
         await motor.put("SPMG", "Pause")
@@ -240,8 +231,7 @@ def test_a_paused_move_continues_and_move_pauses_after_it():
             await waiting
         assert (motor.values["MISS"], motor.values["STAT"]) == (1, "STATE")
         assert (motor.values["VAL"], motor.values["RBV"], motor.values["DMOV"]) == (20_000, 20_000, 1)
-        jog = asyncio.create_task(motor.put("SPMG", "Go"))
-        await jog
+        await motor.put("SPMG", "Go")
         jog = asyncio.create_task(motor.put("JOGR", 1))
         await lab.until("motor", MOVN=1)
         await motor.put("SPMG", 1)
@@ -254,6 +244,7 @@ def test_a_paused_move_continues_and_move_pauses_after_it():
 def test_a_new_target_replaces_the_one_before():
     async def session(lab):
         motor = lab.records["motor"]
+        await motor.put("VELO", 10)
         first = asyncio.create_task(motor.put("VAL", 1_000_000))
         await lab.until("motor", MOVN=1)
         await motor.put("VAL", -100)
@@ -277,7 +268,7 @@ def test_axes_of_an_if1_move_one_after_the_other():
         with pytest.raises(RefusedError, match="no home switch is configured"):
             await x.put("HOMF", 1)
         with pytest.raises(
-            RefusedError, match=r"VELO=30000 is out of range: expected a value above 0 and at most 25000"
+            RefusedError, match="VELO=30000 is out of range: expected a value above 0 and at most 25000"
         ):
             await x.put("VELO", 30_000)
 
@@ -297,6 +288,7 @@ def test_a_limit_switch_a_fault_and_a_lost_position_are_alarms():
         await x.put("VAL", 0)
         assert (x.values["SEVR"], x.values["FAULT"], x.values["HLS"]) == (0, "", 0)
         patience, core.timeout = core.timeout, 0.1
+        await x.axis.station.polled()  # no request waits longer now
         if1.power_cycle()
         await lab.until("X", STAT="UDF", SEVR=3)
         core.timeout = patience
@@ -385,8 +377,8 @@ def test_motors_of_a_chain_are_axes_of_one_station():
         bench = Bench()
         motors = [bench.add("smartmotor", f"m{number}") for number in (1, 2)]
         bench.chain(*motors, name="chain")
-        machine = await of_scene(bench, {}, speed=10.0, registers=["chain.shaft2.a"], period_s=0.01)
-        async with machine:
+        words = {"speed": 10.0, "registers": ["chain.shaft2.a"], "period_s": 0.01}
+        async with await of_scene(bench, {"chain": PATIENCE}, **words) as machine:
             (station,) = machine.stations
             records = {name: MotorRecord(axis, name, name) for name, axis in station.axes.items()}
             polling = asyncio.create_task(machine.run())
@@ -410,6 +402,7 @@ def test_a_stop_by_another_host_fails_the_move_and_is_an_alarm(model):
             "if1": lambda: driver.core.message("#"),
             "smartmotor": lambda: driver.core.send(b"", "X"),
         }[model]
+        await record.put("VELO", 10)
         move = asyncio.create_task(record.put("VAL", 90_000))
         await lab.until(record.name, MOVN=1)
         await driver.run(stop())

@@ -5,7 +5,7 @@ import shutil
 
 import pytest
 
-from .conftest import client, free_port, running
+from .conftest import SLOW_COMPUTER, client, free_port, running
 
 asyncua = pytest.importorskip("asyncua", reason="asyncua is not installed")
 
@@ -34,7 +34,7 @@ async def session(client):
 BODY
 
 async def main():
-    client = Client(URL, timeout=20)
+    client = Client(URL, timeout=300)
     SETUP
     async with client:
         print(json.dumps(await session(client)))
@@ -43,15 +43,15 @@ asyncio.run(main())
 """
 
 
-def converse(url, body, setup="pass", timeout=50):
+def converse(url, body, setup="pass"):
     lines = "\n".join("    " + line for line in body.strip("\n").splitlines())
-    return client(0, SESSION.replace("BODY", lines).replace("URL", repr(url)).replace("SETUP", setup), timeout)
+    return client(0, SESSION.replace("BODY", lines).replace("URL", repr(url)).replace("SETUP", setup))
 
 
 @pytest.fixture(scope="module")
 def url(scene_file):
     words = ["--port", str(free_port()), "--speed", "20", "--rate", "50", "--registers", "motor.a"]
-    with running("opcua", str(scene_file), *words) as made:
+    with running("opcua", str(scene_file), *words, *SLOW_COMPUTER) as made:
         yield made["url"]
 
 
@@ -157,7 +157,6 @@ def signing(folder, name):
 
 
 @pytest.mark.slow
-@pytest.mark.timeout(200)
 def test_users_and_certificates(scene_file, tmp_path):
     users, folder = tmp_path / "users.txt", tmp_path / "keys"
     users.write_text("# the laboratory\nanna k7Rw2p operator\nbert x9Qv4t viewer\n")
@@ -168,7 +167,7 @@ moved = await code(axis.call_method("2:MoveTo", ua.Variant(1.0, ua.VariantType.D
 return [moved, (await (await axis.get_child("2:Busy")).read_value()) in (True, False)]
 """
     make_certificate(tmp_path, "client")
-    with running("opcua", str(scene_file), *words) as made:
+    with running("opcua", str(scene_file), *words, *SLOW_COMPUTER) as made:
         assert (folder / "key.pem").stat().st_mode & 0o777 == 0o600
 
         def as_user(name, password):
@@ -184,7 +183,6 @@ return [moved, (await (await axis.get_child("2:Busy")).read_value()) in (True, F
 
 
 @pytest.mark.slow
-@pytest.mark.timeout(200)
 def test_only_clients_with_a_trusted_certificate_connect(scene_file, tmp_path):
     for name in ("friend", "stranger"):
         make_certificate(tmp_path, name)
@@ -193,7 +191,7 @@ def test_only_clients_with_a_trusted_certificate_connect(scene_file, tmp_path):
     shutil.copy(tmp_path / "friend.der", trusted)
     words = ["--port", str(free_port()), "--certificates", str(trusted.parent), "--speed", "20"]
     body = 'return await client.get_node("ns=2;s=if1.Axes.X.Busy").read_value()'
-    with running("opcua", str(scene_file), *words) as made:
+    with running("opcua", str(scene_file), *words, *SLOW_COMPUTER) as made:
         assert converse(made["url"], body, signing(tmp_path, "friend")) is False
         with pytest.raises(AssertionError, match="BadCertificateUntrusted"):
             converse(made["url"], body, signing(tmp_path, "stranger"))

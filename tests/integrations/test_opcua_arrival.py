@@ -34,9 +34,8 @@ class Watched:
         self.reported.put_nowait((node.nodeid.Identifier.rpartition(".")[2], value))
 
     async def until(self, name, value):
-        async with asyncio.timeout(20):
-            while await self.reported.get() != (name, value):
-                pass
+        while await self.reported.get() != (name, value):
+            pass
 
     async def call(self, name, *arguments):
         await self._node.call_method(f"2:{name}", *map(float, arguments))

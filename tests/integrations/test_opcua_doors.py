@@ -17,7 +17,7 @@ from asyncua.crypto import uacrypto  # noqa: E402
 from axistwin.integrations import of_scene  # noqa: E402
 from axistwin.integrations.opcua import security, server  # noqa: E402
 
-from .conftest import free_port  # noqa: E402
+from .conftest import PATIENCE, free_port  # noqa: E402
 from .raw_opcua import Raw, code, raw, signing  # noqa: E402
 from .test_opcua import make_certificate  # noqa: E402
 
@@ -31,7 +31,7 @@ def served(visit, **options):
     async def run():
         bench = Bench()
         bench.add("1811", name="board")
-        async with await of_scene(bench, {}, speed=None) as machine:
+        async with await of_scene(bench, {"board": PATIENCE}, speed=None) as machine:
             async with server.serving(machine, port=free_port(), **options) as url:
                 found = await visit(url)
             return found, machine.stations[0].axes["motor"].core.setpoint != 0

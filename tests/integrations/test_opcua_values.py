@@ -15,7 +15,7 @@ from asyncua import Client, ua  # noqa: E402
 from axistwin.integrations import of_scene  # noqa: E402
 from axistwin.integrations.opcua import server  # noqa: E402
 
-from .conftest import free_port  # noqa: E402
+from .conftest import PATIENCE, free_port  # noqa: E402
 from .raw_opcua import code  # noqa: E402
 
 METHODS = {
@@ -33,12 +33,11 @@ def with_client(test, *models, speed=None, **options):
         for model in models:
             axis = {"if1": "X", "1811": "motor", "smartmotor": "shaft"}[model]
             bench.add(model, name=model, **({axis: options[axis]} if axis in options else {}))
+        patient, registers = dict.fromkeys(models, PATIENCE), ["smartmotor.a"] if "smartmotor" in models else ()
         async with (
-            await of_scene(
-                bench, {}, speed=speed, registers=["smartmotor.a"] if "smartmotor" in models else ()
-            ) as machine,
+            await of_scene(bench, patient, speed=speed, registers=registers) as machine,
             server.serving(machine, port=free_port()) as url,
-            Client(url, timeout=20) as client,
+            Client(url, timeout=300) as client,
         ):
             return await test(client, machine)
 

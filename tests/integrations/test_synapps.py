@@ -101,7 +101,7 @@ from bluesky import RunEngine
 from bluesky.plans import scan
 from ophyd import EpicsMotor
 motor = EpicsMotor("LAB:slide", name="slide", settle_time=0.1)  # see test_epics.py
-motor.wait_for_connection(timeout=20)
+motor.wait_for_connection(timeout=300)
 engine, found = RunEngine(), []
 engine.subscribe(lambda kind, document: found.append(document["data"]["slide"]) if kind == "event" else None)
 engine(scan([], motor, 0, 4, 11))
@@ -126,14 +126,14 @@ def until(name, wanted):
         time.sleep(0.01)
 def place():
     return [round(2000 * epics.caget(f"LAB:slide.{name}", use_monitor=False)) for name in ("RBV", "VAL")]
-motor.move(0, wait=True, timeout=20)
+motor.move(0, wait=True, timeout=300)
 found = {"moved": place()}
 epics.caput("LAB:slide.JOGF", 1)
 until("MOVN", 1)
 epics.caput("LAB:slide.JOGF", 0)
 until("DMOV", 1)
 found["jogged"] = place()
-motor.move(1, wait=True, timeout=20)
+motor.move(1, wait=True, timeout=300)
 found["after the jog"] = place()
 epics.caput("LAB:slide.VELO", 0.05, wait=True)
 epics.caput("LAB:slide", 4)
@@ -142,9 +142,9 @@ epics.caput("LAB:slide.STOP", 1)
 until("DMOV", 1)
 found["stopped"] = place()
 epics.caput("LAB:slide.VELO", 4, wait=True)
-motor.move(5, wait=True, timeout=20)
+motor.move(5, wait=True, timeout=300)
 found["limit"] = epics.caget("LAB:slide.HLS", use_monitor=False)
-motor.move(2, wait=True, timeout=20)
+motor.move(2, wait=True, timeout=300)
 found["back"] = place()
 print(json.dumps(found))
 """
@@ -164,7 +164,7 @@ REST = """
 import time
 import epics
 for name, value in (("SET", 1), ("DVAL", 0), ("SET", 0), ("CNEN", 0), ("CNEN", 1), ("RLV", 1)):
-    epics.caput(f"LAB:slide.{name}", value, wait=True, timeout=20)
+    epics.caput(f"LAB:slide.{name}", value, wait=True, timeout=300)
 epics.caput("LAB:slide.JOGR", 1)
 while epics.caget("LAB:slide.MOVN", use_monitor=False) != 1:
     time.sleep(0.01)
