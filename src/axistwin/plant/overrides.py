@@ -1,8 +1,11 @@
-"""A setting of a machine, and the defects that override the setting while they are active."""
+"""A setting of a machine, and the defects that override the setting while they are active; the settings of a shaft."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Generic, TypeVar
+
+from axistwin.sim.clock import Clock
+from axistwin.sim.manual_actions import ManualAct, ManualActions, check_torque
 
 T = TypeVar("T")
 
@@ -47,3 +50,58 @@ class Override(Generic[T]):
         self._before_change()
         self._values.remove(added)
         self._on_change()
+
+
+class Shaft:
+    """The shaft of an axis: torques and jams from outside, and the remaining torque of its motor."""
+
+    def __init__(
+        self, clock: Clock, on_change: Callable[[], None], before_change: Callable[[], None] = lambda: None
+    ) -> None:
+        """The arguments are those of `Override`."""
+        self._outside = Override(0.0, on_change, before_change)
+        self._jams = Override(False, on_change, before_change)
+        self._torque = Override(1.0, on_change, before_change)
+        self.manual_actions = ManualActions(clock)
+        """Reports the actions of a person at the axis: `load`, `jam`, `push`, and `ambient` at a servo motor."""
+
+    @property
+    def outside_torque(self) -> float:
+        """External torque on the shaft, in N·m."""
+        return sum(self._outside.values)
+
+    @property
+    def jammed(self) -> bool:
+        """True while a person or a defect blocks the shaft."""
+        return any(self._jams.values)
+
+    @property
+    def strength(self) -> float:
+        """Remaining fraction of the motor's torque, 0 to 1; with several defects, the smallest fraction."""
+        return min(self._torque.values)
+
+    def weaken(self, left: float) -> Callable[[], None]:
+        """Reduce the motor's torque to the fraction `left`, 0 to 1.  With 0 a stepper motor stops.
+
+        An ideal motor distinguishes only 0 from other values.  Return a function that ends the defect.
+        """
+        return self._torque.add(left)
+
+    def load(self, newton_metres: float) -> None:
+        """Apply an external torque to the shaft; a positive torque acts in the positive direction."""
+        check_torque(newton_metres)
+        self.manual_actions.report(ManualAct.LOAD, newton_metres)
+        self._outside.set(float(newton_metres))
+
+    def burden(self, newton_metres: float) -> Callable[[], None]:
+        """Simulate a defect that adds an external torque.  Return a function that ends the defect."""
+        return self._outside.add(newton_metres)
+
+    def jam(self, on: bool = True) -> None:
+        """Block the shaft, or release it; the pulses or the trajectory continue."""
+        self.manual_actions.report(ManualAct.JAM, bool(on))
+        self._jams.set(bool(on))
+
+    def seize(self) -> Callable[[], None]:
+        """Simulate a defect that blocks the shaft.  Return a function that ends the defect."""
+        return self._jams.add(True)

@@ -15,9 +15,9 @@ from axistwin.motion.train import HISTORY
 from axistwin.plant.counts import SAMPLES, CountHistory, Listener, Samples
 from axistwin.plant.machine_units import MachineUnits
 from axistwin.plant.master import Followed, Master
-from axistwin.plant.overrides import Override
+from axistwin.plant.overrides import Override, Shaft
 from axistwin.sim.clock import Clock
-from axistwin.sim.manual_actions import ManualAct, ManualActions, check_counts, check_torque
+from axistwin.sim.manual_actions import ManualAct, check_counts
 from axistwin.sim.signal import Signal
 
 if TYPE_CHECKING:
@@ -158,7 +158,7 @@ class EncoderView:
         self._axis.slip(counts)
 
 
-class ServoAxis:
+class ServoAxis(Shaft):
     """Motor, load and encoder of a SmartMotor; ideal without a `motor`: the shaft follows exactly."""
 
     unit: ClassVar[str] = "counts"
@@ -168,8 +168,8 @@ class ServoAxis:
         self, clock: Clock, name: str, *, motor: "ServoMotor | None" = None, load: "ServoLoad | None" = None,
         limits: tuple[int, int] | None = None, history: int = HISTORY,
     ) -> None:  # fmt: skip
-        self.clock, self.name = clock, name
-        self.limits = limits
+        super().__init__(clock, self._replan, self._catch_up)
+        self.clock, self.name, self.limits = clock, name, limits
         """The first and last position within the limit switches; None: no switches."""
         self.units: MachineUnits | None = None
         """Unit of positions in texts and plots; the axis itself counts encoder edges.  None: no other unit."""
@@ -182,10 +182,9 @@ class ServoAxis:
         """Position of the shaft while the source is `AtRest`."""
         self.counts_of, self.counts_out_of = 1, 1
         """The encoder counts `counts_of` for each `counts_out_of` counts: 9 of 10, -1 of 1, 0 of 1."""
-        self._make_overrides()
+        self._supply = Override(1.0, self._supply_changed, self._catch_up)
+        self._ambient = Override(AMBIENT, self._replan, self._catch_up)
         self.on_supply: Signal[[]] = Signal()
-        self.manual_actions = ManualActions(clock)
-        """Reports the actions of a person at the axis: `load`, `jam`, `push`, `ambient`."""
         self.master = Master(clock, self)
         """The device wired to pins A and B."""
         self.encoder = EncoderView(self)
@@ -201,13 +200,6 @@ class ServoAxis:
         self._history_option = history
         self._counts = CountHistory(history * SAMPLES)
         self._source: Source = AtRest(self)
-
-    def _make_overrides(self) -> None:
-        self._outside = Override(0.0, self._replan, self._catch_up)
-        self._jams = Override(False, self._replan, self._catch_up)
-        self._torque = Override(1.0, self._replan, self._catch_up)
-        self._supply = Override(1.0, self._supply_changed, self._catch_up)
-        self._ambient = Override(AMBIENT, self._replan, self._catch_up)
 
     # Interface to the motor's processor
 
@@ -320,44 +312,6 @@ class ServoAxis:
     def heat(self, celsius: float) -> Callable[[], None]:
         """Inject a fault: set the ambient temperature to `celsius`.  Return a function that ends the fault."""
         return self._ambient.add(celsius)
-
-    @property
-    def outside_torque(self) -> float:
-        """External torque on the shaft, in N·m."""
-        return sum(self._outside.values)
-
-    @property
-    def jammed(self) -> bool:
-        """True while a person or a defect blocks the shaft."""
-        return any(self._jams.values)
-
-    def load(self, newton_metres: float) -> None:
-        """Apply an external torque to the shaft; a positive torque acts in the positive direction."""
-        check_torque(newton_metres)
-        self.manual_actions.report(ManualAct.LOAD, newton_metres)
-        self._outside.set(float(newton_metres))
-
-    def burden(self, newton_metres: float) -> Callable[[], None]:
-        """Simulate a defect that adds an external torque.  Return a function that ends the defect."""
-        return self._outside.add(newton_metres)
-
-    def jam(self, on: bool = True) -> None:
-        """Block the shaft, or release it; the trajectory continues."""
-        self.manual_actions.report(ManualAct.JAM, bool(on))
-        self._jams.set(bool(on))
-
-    def seize(self) -> Callable[[], None]:
-        """Simulate a defect that blocks the shaft.  Return a function that ends the defect."""
-        return self._jams.add(True)
-
-    @property
-    def strength(self) -> float:
-        """Fraction of the full motor torque, e.g. 0.5 if a simulated defect has halved the torque."""
-        return min(self._torque.values)
-
-    def weaken(self, left: float) -> Callable[[], None]:
-        """Reduce the motor's torque to the fraction `left`, 0 to 1.  Return a function that ends the defect."""
-        return self._torque.add(left)
 
     @property
     def supply(self) -> float:

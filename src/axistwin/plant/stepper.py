@@ -14,10 +14,10 @@ from axistwin.motion.profile import Profile
 from axistwin.motion.train import HISTORY, Train
 from axistwin.plant.encoder import Encoder, EncoderData
 from axistwin.plant.machine_units import MachineUnits
-from axistwin.plant.overrides import Override
+from axistwin.plant.overrides import Shaft
 from axistwin.plant.torque import Load, Slip, StepperMotor, lost_pulses, slips, whole_teeth
 from axistwin.sim.clock import Clock
-from axistwin.sim.manual_actions import ManualAct, ManualActions, check_counts, check_torque
+from axistwin.sim.manual_actions import ManualAct, check_counts
 from axistwin.sim.pins import SensedPin
 from axistwin.sim.signal import Signal
 
@@ -97,7 +97,7 @@ class EncoderView:
         self._axis.on_push.emit()
 
 
-class StepperAxis:
+class StepperAxis(Shaft):
     """A stepper motor with load and encoder; without a `motor` it is ideal and never stalls."""
 
     unit: ClassVar[str] = "pulses"
@@ -108,6 +108,7 @@ class StepperAxis:
         encoder: EncoderData | None = None, limits: tuple[int, int] | None = None, home: tuple[int, int] | None = None,
         history: int = HISTORY,
     ) -> None:  # fmt: skip
+        super().__init__(clock, self._replan)
         self.clock, self.name, self.train = clock, name, Train(history)
         self.limits, self.home = limits, home
         """First and last position within the limit switches, and of the home switch; None: no switches."""
@@ -118,13 +119,8 @@ class StepperAxis:
         self.on_replan: Signal[[]] = Signal()
         """Event that never happens, because `positions_ahead` returns only the present position."""
         self.on_push: Signal[[]] = Signal()
-        self.manual_actions = ManualActions(clock)
-        """Reports the actions of a person at the axis: `load`, `jam`, `push`."""
         self._motor, self._load = motor, load or Load()
         self._encoder = EncoderView(self, Encoder(encoder)) if encoder else None
-        self._outside = Override(0.0, self._replan)
-        self._jams = Override(False, self._replan)
-        self._torque_left = Override(1.0, self._replan)
         self._slips: list[Slip] = []
         # Steps lost in finished moves; a lost step in the negative direction counts as -1.
         self._lost = 0
@@ -325,47 +321,6 @@ class StepperAxis:
             )
 
         return self._encoder
-
-    @property
-    def outside_torque(self) -> float:
-        """External torque on the shaft, in N·m."""
-        return sum(self._outside.values)
-
-    @property
-    def jammed(self) -> bool:
-        """True while a person or a defect blocks the shaft."""
-        return any(self._jams.values)
-
-    @property
-    def strength(self) -> float:
-        """Remaining fraction of the motor's torque, 0 to 1; with several defects, the smallest fraction."""
-        return min(self._torque_left.values)
-
-    def weaken(self, left: float) -> Callable[[], None]:
-        """Reduce the motor's torque to the fraction `left`, 0 to 1.  With 0 the rotor stops.
-
-        An ideal motor distinguishes only 0 from other values.  Return a function that ends the defect.
-        """
-        return self._torque_left.add(left)
-
-    def load(self, newton_metres: float) -> None:
-        """Apply an external torque to the shaft; a positive torque acts in the positive direction."""
-        check_torque(newton_metres)
-        self.manual_actions.report(ManualAct.LOAD, newton_metres)
-        self._outside.set(newton_metres)
-
-    def burden(self, newton_metres: float) -> Callable[[], None]:
-        """Apply an external torque to the shaft; return a function that ends the defect."""
-        return self._outside.add(newton_metres)
-
-    def jam(self, on: bool = True) -> None:
-        """Block the shaft, or release it; pulses continue."""
-        self.manual_actions.report(ManualAct.JAM, on)
-        self._jams.set(on)
-
-    def seize(self) -> Callable[[], None]:
-        """Simulate a defect that blocks the shaft.  Return a function that ends the defect."""
-        return self._jams.add(True)
 
     # Functions that predict the time at which the motor reaches a position or loses steps
 
