@@ -150,7 +150,7 @@ def test_a_reset_just_after_the_power_goes_leaves_it_off(bench, board):
 
 def test_a_host_may_reset_the_board_as_soon_as_the_status_byte_appears(bench, board):
     board.power(False)
-    hosts = [board.bus.subscribe_status(lambda: hosts and (hosts.pop()(), board.bus.write(1, RESET)))]
+    hosts = [board.bus.status_changes.subscribe(lambda: hosts and (hosts.pop()(), board.bus.write(1, RESET)))]
     board.power(True)
     assert not hosts
     bench.run(1.01)

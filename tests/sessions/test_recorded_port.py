@@ -235,6 +235,6 @@ def test_an_invalid_access_is_not_recorded(board, access):
 
 def test_an_access_by_a_subscriber_to_the_status_belongs_to_the_act_that_changed_it(board):
     board.raw.on_control = lambda value: setattr(board.raw, "status", value)
-    board.raw.subscribe_status(lambda: board.raw.write(DATA, 0x42))
+    board.raw.status_changes.subscribe(lambda: board.raw.write(DATA, 0x42))
     board.port.write(CONTROL, 0x10)
     assert (board.acts, board.raw.input.contents) == ([WriteRegister(CONTROL, 0x10)], b"B")

@@ -175,7 +175,7 @@ def test_the_converter_gives_the_nearest_of_1024_numbers(user_pin, volts, number
 def test_watchers_of_the_level_and_of_the_voltage(user_pin):
     levels, volts = [], []
     end = user_pin.subscribe(lambda pin: levels.append(pin.level))
-    end_volts = user_pin.subscribe_volts(lambda pin: volts.append(pin.volts))
+    end_volts = user_pin.volts_changes.subscribe(lambda pin: volts.append(pin.volts))
     for value in (4.0, 4.0, 1.5, 0.5, False, 1.5, True):
         user_pin.drive(value)
     assert levels == [False, True]

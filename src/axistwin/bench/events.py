@@ -144,7 +144,7 @@ def _observe_person(bench: Bench, controller: Controller, sink: Sink, stack: Exi
             handled(target, what, how)
 
     for name, pin in controller.pins.items():
-        stack.callback(pin.subscribe_lead(partial(led, name, pin)))
+        stack.callback(pin.lead_changes.subscribe(partial(led, name, pin)))
     stack.callback(controller.manual_actions.subscribe(handled))
     if controller.product.joystick is not None:
         stack.callback(controller.joystick.manual_actions.subscribe(handled))
@@ -180,8 +180,8 @@ def _observe_bus(bench: Bench, name: str, bus: RegisterPort, sink: Sink, stack: 
 def _observe_port(bench: Bench, name: str, port: SerialPort, sink: Sink, stack: ExitStack) -> None:
     clock = bench.clock
     stack.callback(port.subscribe_sent(lambda data: sink(Sent(clock.now, name, data))))
-    stack.callback(port.subscribe_settings(lambda act: sink(SettingChanged(clock.now, name, *line_action(act)))))
-    stack.callback(port.subscribe_breaks(lambda seconds: sink(LineBreak(clock.now, name, seconds))))
+    stack.callback(port.settings.subscribe(lambda act: sink(SettingChanged(clock.now, name, *line_action(act)))))
+    stack.callback(port.breaks.subscribe(lambda seconds: sink(LineBreak(clock.now, name, seconds))))
     stack.callback(port.subscribe_received(lambda byte, errors: sink(Received(clock.now, name, bytes([byte]), errors))))
 
 
@@ -197,4 +197,4 @@ def _observe_pins(bench: Bench, controller: Controller, sink: Sink, stack: ExitS
     for pin_name, pin in terminals(controller).items():
         stack.callback(pin.subscribe(partial(changed, pin_name)))
         if isinstance(pin, UserPin):
-            stack.callback(pin.subscribe_volts(partial(turned, pin_name)))
+            stack.callback(pin.volts_changes.subscribe(partial(turned, pin_name)))

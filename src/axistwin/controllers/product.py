@@ -7,13 +7,13 @@ from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 from axistwin.controllers.commandset import CommandSet
 from axistwin.errors import with_article
 from axistwin.plant.axes import MakeAxis, stepper_axis
-from axistwin.sim.alarms import Alarms
 from axistwin.sim.clock import Clock, Process
 from axistwin.sim.frames import UartFormat
 from axistwin.sim.pins import Pin
 from axistwin.sim.progress import Line, LineWatcher
 from axistwin.sim.registers import RegisterPort
 from axistwin.sim.serial import Uart
+from axistwin.sim.signal import Alarms
 
 if TYPE_CHECKING:
     from axistwin.controllers.diagnostics import Checker, Rule

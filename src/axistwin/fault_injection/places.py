@@ -13,12 +13,12 @@ from typing import Any, Protocol
 from axistwin.controllers.product import Listing, Product
 from axistwin.errors import UsageError, instead
 from axistwin.plant.axes import Axis
-from axistwin.sim.alarms import Alarms
 from axistwin.sim.clock import Clock
 from axistwin.sim.pins import Pin
 from axistwin.sim.progress import Line, LineWatcher
 from axistwin.sim.registers import RegisterPort
 from axistwin.sim.serial_port import SerialPort
+from axistwin.sim.signal import Alarms
 
 
 class Machine(Protocol):

@@ -94,7 +94,7 @@ class Relay:
         host = self.port.host
         host.dtr_line.subscribe(lambda _: self._drive())
         host.rts_line.subscribe(lambda _: self._drive())
-        self.port.subscribe_breaks(self._break)
+        self.port.breaks.subscribe(self._break)
         pacer.subscribe(self._forward)
         self._thread = Thread(target=self._listen, daemon=True)
         self._thread.start()

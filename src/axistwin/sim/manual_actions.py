@@ -3,7 +3,7 @@
 Actions of the bench itself (by a scene's script or a fault) are not reported, because every run repeats them.
 """
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 from enum import StrEnum
 from typing import Any
@@ -58,18 +58,14 @@ class ManualAct(StrEnum):
     MASTER = "master"
 
 
-class ManualActions:
-    """Reports the manual actions at one machine part: the kind of action and its values."""
+class ManualActions(Signal[...]):
+    """Emits each manual action at one machine part before it happens: the kind of action and its values."""
 
     def __init__(self, clock: Clock) -> None:
+        super().__init__()
         self._clock = clock
-        self._begins: Signal[...] = Signal()
-
-    def subscribe(self, callback: Callable[..., object]) -> Callable[[], None]:
-        """Call `callback(act, *values)` before each manual action.  Return an unsubscribe function."""
-        return self._begins.subscribe(callback)
 
     def report(self, act: ManualAct, *values: Any) -> None:
         """Report an action, unless the bench itself performs the action."""
         if not self._clock.by_itself:
-            self._begins.emit(act, *values)
+            self.emit(act, *values)

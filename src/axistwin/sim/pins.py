@@ -47,7 +47,8 @@ class Pin:
         self._driven: bool | None = None
         self._holds: list[_Held] = []
         self._changes: Signal[Pin] = Signal()
-        self._lead_changes: Signal[[]] = Signal()
+        self.lead_changes: Signal[[]] = Signal()
+        """Event: the test lead has changed, even to an equal level."""
         self._changed: Event | None = None
         self._flash_ns = 0
         self._flash_from = 0
@@ -151,10 +152,6 @@ class Pin:
         """Call `callback(pin)` at each change, even of a pin that is read on demand; return an unsubscribe function."""
         return self.subscribe(callback)
 
-    def subscribe_lead(self, callback: Callable[[], None]) -> Callable[[], None]:
-        """Call `callback()` at each change of the test lead, even of equal level; return an unsubscribe function."""
-        return self._lead_changes.subscribe(callback)
-
     @property
     def lead(self) -> bool | float | None:
         """The level, or the voltage of a `UserPin`, that the test lead forces; None: no test lead."""
@@ -163,7 +160,7 @@ class Pin:
     def _put_lead(self, level: bool | None) -> None:
         if level is not self._driven:
             self._driven = level
-            self._lead_changes.emit()
+            self.lead_changes.emit()
 
     def changed(self) -> Event:
         """Return an event that happens at the next change of the pin's level."""
@@ -285,7 +282,8 @@ class UserPin(Pin):
         self._stage: float | None = None
         self._wired: float | None = None
         self._volts = PULLED_UP_VOLTS
-        self._volts_changes: Signal[UserPin] = Signal()
+        self.volts_changes: Signal[UserPin] = Signal()
+        """Event: the voltage has changed."""
 
     @property
     def volts(self) -> float:
@@ -340,7 +338,7 @@ class UserPin(Pin):
             return
         level, before = self.level, self.volts
         self._lead = volts
-        self._lead_changes.emit()
+        self.lead_changes.emit()
         self._find_volts(level, before)
 
     def set(self, level: bool | float | None) -> None:
@@ -354,10 +352,6 @@ class UserPin(Pin):
     def input(self) -> None:
         """Make the pin an input: switch its output stage off."""
         self._set_source("_stage", None)
-
-    def subscribe_volts(self, callback: Callable[["UserPin"], None]) -> Callable[[], None]:
-        """Call `callback(pin)` at every change of voltage.  Return an unsubscribe function."""
-        return self._volts_changes.subscribe(callback)
 
     def hold(self, level: bool) -> Callable[[], None]:
         """Simulate a defect that holds the terminal at 5 V or 0 V.  Return a function that ends the defect."""
@@ -387,7 +381,7 @@ class UserPin(Pin):
             self._source = False
         self._update(level)
         if self.volts != before:
-            self._volts_changes.emit(self)
+            self.volts_changes.emit(self)
 
 
 def _volts(level: bool | float) -> float:

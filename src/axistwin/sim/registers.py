@@ -67,9 +67,12 @@ class RegisterPort:
         self.powered = False
         self.input, self.output = Fifo(), Fifo()
         self._status = 0
-        self._status_changes: Signal[[]] = Signal()
-        self._commands: Signal[bytes] = Signal()
-        self._messages: Signal[bytes] = Signal()
+        self.status_changes: Signal[[]] = Signal()
+        """Event: the status byte has changed."""
+        self.commands: Signal[bytes] = Signal()
+        """Event: the host has transferred a whole command."""
+        self.messages: Signal[bytes] = Signal()
+        """Event: the device has a message ready for the host."""
         self.interrupt_line = Pin(clock, "interrupt", output=True)
         """The interrupt line to the host, for subscribers; high: active."""
         self.on_control: Callable[[int], None] = lambda value: None
@@ -116,29 +119,17 @@ class RegisterPort:
     def status(self, value: int) -> None:
         if value != self._status:
             self._status = value
-            self._status_changes.emit()
+            self.status_changes.emit()
 
     # Subscriptions
 
-    def subscribe_status(self, callback: Callable[[], None]) -> Callable[[], None]:
-        """Call `callback()` whenever the status byte has changed.  Return an unsubscribe function."""
-        return self._status_changes.subscribe(callback)
-
     def subscribe_sent(self, callback: Callable[[bytes], None]) -> Callable[[], None]:
         """Call `callback(command)` with each complete command from the host.  Return an unsubscribe function."""
-        return self._commands.subscribe(callback)
+        return self.commands.subscribe(callback)
 
     def subscribe_received(self, callback: Callable[[bytes], None]) -> Callable[[], None]:
         """Call `callback(message)` for each message to the host; return a function that ends these calls."""
-        return self._messages.subscribe(callback)
-
-    def report_command(self, command: bytes) -> None:
-        """Report to the subscribers that the host has transferred a whole command."""
-        self._commands.emit(command)
-
-    def report_message(self, message: bytes) -> None:
-        """Report to the subscribers that the device has a message ready for the host."""
-        self._messages.emit(message)
+        return self.messages.subscribe(callback)
 
 
 def check_byte(parameter: str, value: object, highest: int = 0xFF) -> None:

@@ -147,9 +147,11 @@ class SerialPort:
         """High while the port to which clients connect is gone, by the fault `hang_up`."""
         self._received_bytes = bytearray()
         self._receives: Signal[int, LineError] = Signal()
-        self._breaks: Signal[float] = Signal()
+        self.breaks: Signal[float] = Signal()
+        """Event: the host sends a break, of this duration in seconds."""
         self._writes: Signal[bytes] = Signal()
-        self._settings: Signal[Setting] = Signal()
+        self.settings: Signal[Setting] = Signal()
+        """Event: a setting is about to change, and not by the bench itself."""
         self._flow = Flow.NONE
         self._held = self._stopped = False
         self.to_device, self.from_device = wiring(self._uart)
@@ -172,7 +174,7 @@ class SerialPort:
         """Hold the host's transmit line at space for `seconds`.  Raises UsageError for less than 1 ns."""
         check_break(seconds)
         self._uart.send_break(seconds)
-        self._breaks.emit(seconds)
+        self.breaks.emit(seconds)
 
     @property
     def control_lines(self) -> dict[str, Pin]:
@@ -244,10 +246,6 @@ class SerialPort:
         """State of the device's output RTS (request to send)."""
         return self.rts_line.level
 
-    def subscribe_breaks(self, callback: Callable[[float], None]) -> Callable[[], None]:
-        """Call `callback(seconds)` at each break that the host sends.  Return an unsubscribe function."""
-        return self._breaks.subscribe(callback)
-
     def subscribe_received(self, callback: Callable[[int, LineError], None]) -> Callable[[], None]:
         """Call `callback(byte, errors)` for each character that the host receives.  Return an unsubscribe function."""
         return self._receives.subscribe(callback)
@@ -256,13 +254,9 @@ class SerialPort:
         """Call `callback(data)` whenever the host queues data.  Return an unsubscribe function."""
         return self._writes.subscribe(callback)
 
-    def subscribe_settings(self, callback: Callable[[Setting], None]) -> Callable[[], None]:
-        """Call `callback(setting)` before each change that is not the bench's own; return an unsubscribe function."""
-        return self._settings.subscribe(callback)
-
     def _report(self, setting: Setting) -> None:
         if not self.clock.by_itself:
-            self._settings.emit(setting)
+            self.settings.emit(setting)
 
     def _received(self, byte: int, errors: LineError) -> None:
         self._received_bytes.append(byte)

@@ -1,4 +1,4 @@
-"""The observer pattern: callbacks that subscribe to a signal."""
+"""The observer pattern: callbacks that subscribe to a signal, e.g. to the fault flags of a device."""
 
 from collections.abc import Callable
 from typing import Generic, ParamSpec
@@ -29,3 +29,11 @@ class Signal(Generic[P]):
         """Call all subscribed callbacks.  A callback that is unsubscribed during the call of `emit` is still called."""
         for callback in self._callbacks:
             callback(*args, **kwargs)
+
+
+class Alarms(Signal[str]):
+    """Emits each fault flag that a device raises.  `names`: all flags, named as in the device's manual."""
+
+    def __init__(self, *names: str) -> None:
+        super().__init__()
+        self.names = names

@@ -234,7 +234,7 @@ class Tracer:
         if volts is not None and isinstance(pin, UserPin):
             self._first[f"{controller}.{pin_name}_volts"] = pin.volts
             self._begin.append(
-                lambda stack: stack.callback(pin.subscribe_volts(lambda _: add(clock.now, volts, pin.volts)))
+                lambda stack: stack.callback(pin.volts_changes.subscribe(lambda _: add(clock.now, volts, pin.volts)))
             )
 
     def _add_streams(self, name: str) -> None:

@@ -16,12 +16,11 @@ from axistwin.controllers.compumotor.registers import JUMPERS
 from axistwin.controllers.product import Abilities, Listing, Order, Product, Refusal, Register, Store
 from axistwin.plant.joystick import JoystickInputs
 from axistwin.plant.stepper import StepperAxis
-from axistwin.sim.alarms import Alarms
 from axistwin.sim.clock import Clock, Process
 from axistwin.sim.pins import CalculatedPin, Pin, SensedPin
 from axistwin.sim.progress import Progress
 from axistwin.sim.registers import RegisterPort
-from axistwin.sim.signal import Signal
+from axistwin.sim.signal import Alarms, Signal
 
 PULLED_UP = (
     *(f"trigger{number}" for number in range(1, 7)),
@@ -109,7 +108,7 @@ class Card:
                 self.clock, self._commands, self.bus, self.pins, self._axis, self._options, self._restart,
                 encoder=self._encoder,
             )  # fmt: skip
-            self._board.events.on_fault = self.alarms.report
+            self._board.events.on_fault = self.alarms.emit
             self._board.on_refusal = self._refusals.emit
             self._board.sequencer.on_command = lambda number, at: self._progress.report(SEQUENCES[number - 1], at)
 

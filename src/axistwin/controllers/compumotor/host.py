@@ -21,7 +21,7 @@ class Host:
         self._commands: deque[bytes] = deque()
         self._received: Signal[bytes] = Signal()
         self._due = False
-        self._unsubscribe = port.subscribe_status(self._changed)
+        self._unsubscribe = port.status_changes.subscribe(self._changed)
         self._changed()
 
     @property

@@ -116,7 +116,7 @@ class Handshake:
         if value & Control.MESSAGE_TAKEN:
             self._message_taken()
         if value & Control.COMMAND_READY and self._status & Status.INPUT_READY:
-            self.port.report_command(self.port.input.contents)
+            self.port.commands.emit(self.port.input.contents)
             self._change(Status.INPUT_READY, 0)
             reported, self._command_event = self._command_event, self.clock.event()
             reported.succeed()
@@ -160,7 +160,7 @@ class Handshake:
                 leaves, self._leaves = self._leaves, None
                 leaves.succeed()
             self.port.output.load(message)
-            self.port.report_message(message)
+            self.port.messages.emit(message)
             self._change(Status.MESSAGE_READY, Status.MESSAGE_READY)
 
     def _message_taken(self) -> None:

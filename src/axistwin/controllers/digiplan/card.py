@@ -28,13 +28,12 @@ from axistwin.controllers.product import (
     Store,
 )
 from axistwin.plant.stepper import StepperAxis
-from axistwin.sim.alarms import Alarms
 from axistwin.sim.clock import Clock, Process
 from axistwin.sim.frames import UartFormat
 from axistwin.sim.pins import CalculatedPin, Pin, connect
 from axistwin.sim.progress import Progress
 from axistwin.sim.serial import Uart
-from axistwin.sim.signal import Signal
+from axistwin.sim.signal import Alarms, Signal
 
 OUTPUTS = tuple(f"output{number}" for number in range(1, 6))
 INPUTS = ("input1", "input2", "input3")
@@ -81,7 +80,7 @@ class Card:
         self.abilities = Abilities(
             uart=self.uart, handshake=Handshake(self._plug, inside), alarms=self.alarms, registers=self.registers,
             programs=self.programs, subscribe_lines=self._progress.subscribe, hint=self.hint,
-            awaited=self.awaited, subscribe_hint=self.subscribe_hint, subscribe_refusals=self._refusals.subscribe,
+            awaited=self.awaited, subscribe_hint=self._hints.subscribe, subscribe_refusals=self._refusals.subscribe,
             busy=self._busy, procedures=self._procedures,
         )  # fmt: skip
 
@@ -103,7 +102,7 @@ class Card:
             self._interface = Interface(self._hardware)
             self._interface.on_hint = self._hints.emit
             self._interface.on_refusal = self._refusals.emit
-            self._interface.faults.on_fault = self.alarms.report
+            self._interface.faults.on_fault = self.alarms.emit
             self._interface.on_step = lambda number: self._progress.report(SEQUENCE, number - 1)
         elif not on and self._interface is not None:
             self._interface.power_off()
@@ -133,10 +132,6 @@ class Card:
             return None
         work = f"step {interface.step} of the sequence" if interface.step else "the move"
         return Awaited(work, *awaited(self.pins, interface.waiting))
-
-    def subscribe_hint(self, callback: Callable[[str], None]) -> Callable[[], None]:
-        """Call `callback(hint)` when the interface has a new hint for the user.  Return an unsubscribe function."""
-        return self._hints.subscribe(callback)
 
     def programs(self) -> Mapping[str, Listing]:
         """Return the text of the stored sequence, and the number of the step in progress."""

@@ -20,12 +20,11 @@ from axistwin.controllers.smartmotor.terminals import EncoderPin, IndexLine
 from axistwin.errors import UsageError
 from axistwin.plant.axes import servo_axis
 from axistwin.plant.servo_axis import ServoAxis
-from axistwin.sim.alarms import Alarms
 from axistwin.sim.clock import Clock
 from axistwin.sim.frames import UartFormat
 from axistwin.sim.pins import Pin, UserPin
 from axistwin.sim.serial import Uart
-from axistwin.sim.signal import Signal
+from axistwin.sim.signal import Alarms, Signal
 
 ASLEEP = "asleep, so that it ignores all commands but WAKE"
 NOT_ADDRESSED = "not addressed: the last address byte was that of another motor"
@@ -74,7 +73,7 @@ class SmartMotor:
             if self._before is not None:
                 self._before.leave()
             self._motor = Motor(self._fittings, self.options, self._restart)
-            self._motor.on_fault = self.alarms.report
+            self._motor.on_fault = self.alarms.emit
             self._motor.on_refusal = self._hints.emit
             self._motor.on_refused_command = self._refusals.emit
             self._lines.connect(self._motor)

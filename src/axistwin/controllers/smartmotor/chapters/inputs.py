@@ -30,7 +30,7 @@ class Inputs:
         for bit, name in enumerate(s.USER_PINS):
             pin = motor.pins[name]
             self._undo.append(pin.subscribe(partial(self._level, bit)))
-            self._undo.append(pin.subscribe_volts(partial(self._volts, bit)))
+            self._undo.append(pin.volts_changes.subscribe(partial(self._volts, bit)))
             motor.i[s.PINS] |= pin.level << bit
             motor.i[s.ANALOG + bit] = pin.analog
         self._encoder_pins = [pin for pin in motor.pins.values() if isinstance(pin, EncoderPin)]
