@@ -45,8 +45,7 @@ SERVO_ATTRIBUTES = ("position", "commanded", "velocity", "encoder", "temperature
 _VOLTS = re.compile(r"(?P<volts>-?\d+(\.\d*)?|-?\.\d+) ?V", re.ASCII)
 _READ = re.compile(r"(?P<offset>[01])(?: (?P<count>\d{1,4}))?", re.ASCII)
 _WRITTEN = re.compile(r"(?P<offset>[01])(?P<data>( [0-9A-Fa-f]{2})+)")
-MOST_AT_ONCE = 256
-"""Largest number of times that one action can read a register."""
+MOST_AT_ONCE = 256  # Largest number of times that one action can read a register.
 _SITS = re.compile(r"on (?P<axis>[^ ]+)(?: times (?P<above>-?\d{1,18})/(?P<below>\d{1,18}))?", re.ASCII)
 _RUN = re.compile(r"(?P<counts>-?\d+) in (?P<seconds>\d+(\.\d*)?|\.\d+)", re.ASCII)
 

@@ -37,8 +37,7 @@ class Controller:
         self.bench: Bench | None = None
         self._device, self._plug = device, plug
         self._clock = next(iter(self.pins.values())).clock
-        self.manual_actions = ManualActions(self._clock)
-        """Reports actions of a person, e.g. of the power switch."""
+        self.manual_actions = ManualActions(self._clock)  # Reports actions of a person, e.g. of the power switch.
         self.powered = False
         self._turns: deque[bool] = deque()  # Pending requests to switch the power on (True) or off (False).
         self.given: Mapping[str, Any] = {}

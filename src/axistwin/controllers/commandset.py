@@ -5,8 +5,7 @@ from dataclasses import dataclass, field
 from enum import Flag
 from typing import Any
 
-Code = str | int
-"""The name of a command as a host sends it: a character, a keyword, an opcode."""
+Code = str | int  # The name of a command as a host sends it: a character, a keyword, an opcode.
 
 
 @dataclass(frozen=True)

@@ -22,8 +22,7 @@ from axistwin.numbers import NumberError, decimal, shortened
 from axistwin.sim.pins import Pin
 from axistwin.units import MS, S, to_ns, to_seconds
 
-PATIENCE_S = 2.0
-"""Default for the accepted delay of the twin relative to the hardware."""
+PATIENCE_S = 2.0  # Default for the accepted delay of the twin relative to the hardware.
 TERMINATORS = (b"\r", b"\n")
 LINES = ("dtr", "rts")
 

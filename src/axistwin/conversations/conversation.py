@@ -29,10 +29,8 @@ from axistwin.storage import contents, encoding_of, split_at_end
 from axistwin.units import MOST_NS, S
 
 MOST_MIB = 4
-END_OF_FILE = "\x1a"
-"""Ctrl-Z, the end-of-file mark of DOS editors."""
-MOST_S = 1e9
-"""Longest accepted time in a header, about thirty years; a longer time is probably a typing error."""
+END_OF_FILE = "\x1a"  # Ctrl-Z, the end-of-file mark of DOS editors.
+MOST_S = 1e9  # Longest accepted time in a header, about thirty years; a longer time is probably a typing error.
 _LINE = re.compile(r"(?:(?P<name>[\w.-]+):\s+)?(?P<mark>[;+><!=])(?P<rest>.*)")
 _HOST_LINE = re.compile(r"\s*(?:[\w.-]+:\s+)?>\s")
 """With a blank: in command lines of an IF1, `>2` selects a speed range."""

@@ -58,8 +58,7 @@ def open_channels(conversation: Conversation, bench: Bench) -> None:
                 raise ProgramError(message=str(error), file=conversation.file, line=act.line) from None
 
 
-Played = Callable[[], object]
-"""Function that plays one line; a `Difference` that it returns ends the conversation."""
+Played = Callable[[], object]  # Function that plays one line; a `Difference` that it returns ends the conversation.
 
 
 def play(conversation: Conversation, bench: Bench) -> Difference | None:

@@ -36,10 +36,8 @@ from axistwin.units import MS, S
 
 log = getLogger("axistwin")
 
-LF_NS = 50 * MS
-"""Longest time between a carriage return and a line feed of the same message."""
-PAUSE_NS = 1 * S
-"""Longest pause within a reply; after a longer pause, a new line of the conversation begins."""
+LF_NS = 50 * MS  # Longest time between a carriage return and a line feed of the same message.
+PAUSE_NS = 1 * S  # Longest pause within a reply; after a longer pause, a new line of the conversation begins.
 
 
 def _axes(bench: Bench) -> Iterator[tuple[str, str, Axis]]:
@@ -66,8 +64,7 @@ class Recorder:
         for key, value in headers.items():
             if value:
                 self._add(Comment(f"{key}: {value}"))
-        self._recorded_ns = 0
-        """Virtual time in ns at the end of the last line of the recorded conversation."""
+        self._recorded_ns = 0  # Virtual time in ns at the end of the last line of the recorded conversation.
         self._speaker = ""
         self._reply = bytearray()
         self._last_ns = 0

@@ -23,8 +23,7 @@ from axistwin.sim.manual_actions import by_itself
 from axistwin.sim.signal import Signal
 from axistwin.units import to_ns, to_seconds
 
-Listener = Callable[["Fault", str], None]
-"""Function that is called with a fault, and with "begins" or "ends"."""
+Listener = Callable[["Fault", str], None]  # Function that is called with a fault, and with "begins" or "ends".
 
 
 class State(Enum):
@@ -67,8 +66,7 @@ class Fault:
     ) -> None:
         self.name, self.kind, self.spot, self.values, self.seed = name, kind, spot, values, seed
         self.state = State.WAITING
-        self.began_ns: int | None = None
-        """Time at which the fault began; None if it has not begun."""
+        self.began_ns: int | None = None  # Time at which the fault began; None if it has not begun.
         self._faults = faults
         self._mend: Mend | None = None
         self._unsubscribe: Callable[[], object] | None = None

@@ -83,8 +83,7 @@ def open_wire(case: Case) -> Mend:
     return _pin(case).hold(not case.spot.machine.product.closed_level)
 
 
-NO_SWITCH = ("channel_z", "test_switch")
-"""Inputs of an 1810 or 1811 whose manual states no level for an open wire."""
+NO_SWITCH = ("channel_z", "test_switch")  # Inputs of an 1810 or 1811 whose manual states no level for an open wire.
 
 
 def check_wire(spot: Spot) -> None:

@@ -120,8 +120,7 @@ class Case:
         return self.chance
 
 
-Mend = Callable[[], None]
-"""Ends a fault."""
+Mend = Callable[[], None]  # Ends a fault.
 
 
 def ended() -> None:

@@ -20,10 +20,8 @@ from typing import NamedTuple
 from axistwin.lazy import NDArray, np
 from axistwin.units import S
 
-BLOCK = 1 << 12
-"""Smallest number of pulses that are calculated one by one before the pattern is repeated."""
-MOST_BLOCK = 1 << 16
-"""Largest number of pulses that are calculated one by one."""
+BLOCK = 1 << 12  # Smallest number of pulses that are calculated one by one before the pattern is repeated.
+MOST_BLOCK = 1 << 16  # Largest number of pulses that are calculated one by one.
 
 
 class Segment(NamedTuple):
@@ -50,8 +48,7 @@ class Profile:
         self.ticks = lcm(*{s.seconds.denominator for s in self.segments if s.seconds is not None})
         self.per_rate = lcm(phase.denominator, *{s.rate.denominator for s in self.segments})
         self.parts = self.per_rate * self.ticks
-        self.rates: list[int] = []
-        """Pulse rate of each segment, in parts per tick."""
+        self.rates: list[int] = []  # Pulse rate of each segment, in parts per tick.
         self.starts, self.phases = [0], [phase.numerator * (self.parts // phase.denominator)]
         self._lay_out(self.segments)
 

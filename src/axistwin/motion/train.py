@@ -12,8 +12,7 @@ from axistwin.motion.expansion import expand
 from axistwin.motion.profile import Profile
 from axistwin.units import to_seconds
 
-HISTORY = 10_000
-"""Default number of moves that a train stores; earlier moves are discarded to limit memory use."""
+HISTORY = 10_000  # Default number of moves that a train stores; earlier moves are discarded to limit memory use.
 
 
 @dataclass(slots=True)
@@ -47,8 +46,7 @@ class Train:
 
     def __init__(self, history: int = HISTORY) -> None:
         self.moves: deque[Move] = deque([Move(0, +1, Profile(()), 0)], maxlen=history)
-        self.forgotten = 0
-        """Number of moves that are no longer stored."""
+        self.forgotten = 0  # Number of moves that are no longer stored.
 
     @property
     def move(self) -> Move:

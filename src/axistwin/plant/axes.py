@@ -17,8 +17,7 @@ Axis = StepperAxis | ServoAxis
 MakeAxis = Callable[[Clock, str, Mapping[str, Any], int], Axis]
 """Function that creates an axis from a clock, a name, options and the number of stored moves."""
 
-MOST = 1_000_000_000
-"""Largest number in the data of a stepper axis."""
+MOST = 1_000_000_000  # Largest number in the data of a stepper axis.
 EXAMPLES = {
     "encoder": "{ counts_per_rev = 4000, pulses_per_rev = 400 }",
     "motor": "{ torque = [[0, 1.2], [5000, 0.4]] }",

@@ -10,8 +10,7 @@ from axistwin.errors import UsageError
 from axistwin.lazy import NDArray, np
 from axistwin.units import to_seconds
 
-SAMPLES = 10
-"""Number of stored samples with motion for each move in the option `history`."""
+SAMPLES = 10  # Number of stored samples with motion for each move in the option `history`.
 
 
 class Samples(NamedTuple):

@@ -34,8 +34,7 @@ class Encoder:
         self.data = data
         self._load = self._began = 0
         self._displaced = self._turned = 0
-        self.direction = +1
-        """Direction of the load's last motion."""
+        self.direction = +1  # Direction of the load's last motion.
         self._counted: tuple[int, int] | None = None
         """Position of the load and encoder count at the latest encoder fault; None if there was no fault."""
         self._of, self._out_of = 1, 1

@@ -14,8 +14,7 @@ from axistwin.sim.manual_actions import ManualAct, ManualActions
 from axistwin.sim.pins import Pin
 from axistwin.units import MS, S
 
-FASTEST = 2_000_000
-"""Maximum rate of the joystick, in pulses per second."""
+FASTEST = 2_000_000  # Maximum rate of the joystick, in pulses per second.
 
 
 class JoystickInputs(NamedTuple):
@@ -38,10 +37,8 @@ class Joystick:
         self._at_zero, self._step, self._direction = (
             pins[name] for name in (inputs.at_zero, inputs.step, inputs.direction)
         )
-        self.manual_actions = ManualActions(clock)
-        """Reports the actions of a person at the joystick."""
-        self.rate = 0
-        """Pulse rate in pulses per second; negative for counter-clockwise, 0 for a stick at rest."""
+        self.manual_actions = ManualActions(clock)  # Reports the actions of a person at the joystick.
+        self.rate = 0  # Pulse rate in pulses per second; negative for counter-clockwise, 0 for a stick at rest.
         self._out = self._plugged_in = False
 
     def deflect(self, rate: int) -> None:

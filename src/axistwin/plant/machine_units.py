@@ -17,13 +17,11 @@ from axistwin.numbers import NumberError, decimal, shortened, whole
 EXAMPLE = '{ per = 80, of = "mm" }'
 _PER = re.compile(r"([0-9.]+(?:e[-+]?[0-9]+)?)(?:/([0-9.]+))?")
 _OF = re.compile(r"[^\W\d_]{1,12}|°")
-_RESERVED = ("up", "down")
-"""Words that follow a position in the sentences of triggers."""
+_RESERVED = ("up", "down")  # Words that follow a position in the sentences of triggers.
 _QUANTITY = re.compile(r"\s*(?P<number>-?[0-9.]+)\s*(?P<of>[^\W\d_]+|°)?(?P<per_second>/s)?\s*")
 _LEAST, _MOST = Fraction(1, 10**9), Fraction(10**12)
 MOST_DECIMALS = 9
-MOST_POSITION = 1 << 53
-"""Maximum distance of a switch or a trigger from position 0, in pulses or counts."""
+MOST_POSITION = 1 << 53  # Maximum distance of a switch or a trigger from position 0, in pulses or counts.
 
 
 @dataclass(frozen=True)

@@ -12,8 +12,7 @@ from axistwin.sim.manual_actions import ManualAct, ManualActions, check_counts
 from axistwin.sim.signal import Signal
 from axistwin.units import to_ns
 
-MOST_RATIO = 1_000_000
-"""Maximum number of counts per unit of the axis on which the encoder is mounted."""
+MOST_RATIO = 1_000_000  # Maximum number of counts per unit of the axis on which the encoder is mounted.
 
 
 class Followed(Protocol):
@@ -84,14 +83,12 @@ class Master:
 
     def __init__(self, clock: Clock, own: Followed | None = None) -> None:
         self.clock, self._own = clock, own
-        self.run = Run(clock.now, 0, 0, 0)
-        """The latest motion at constant speed; it may be finished."""
+        self.run = Run(clock.now, 0, 0, 0)  # The latest motion at constant speed; it may be finished.
         self.followed: Followed | None = None
         """The axis that the encoder is mounted on; its positions can be predicted if it is `predictable`."""
         self._ratio = Fraction(1)
         self._unsubscribe: Callable[[], object] = lambda: None
-        self.plugged = False
-        """True after the first use of the encoder; pins A and B are open before."""
+        self.plugged = False  # True after the first use of the encoder; pins A and B are open before.
         self.manual_actions = ManualActions(clock)
         """Reports a person's moves of the encoder: `master`, counts and seconds; or its axis, and the ratio."""
         self.before_change: Signal[[]] = Signal()

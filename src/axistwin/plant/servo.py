@@ -11,8 +11,7 @@ from typing import Any
 from axistwin.errors import UsageError
 from axistwin.numbers import check_values
 
-MOST = 1e6
-"""Upper limit of all figures of a data sheet."""
+MOST = 1e6  # Upper limit of all figures of a data sheet.
 TUNING = "kp", "ki", "kd", "kl", "ks", "kv", "ka", "kg"
 MOST_TUNING = 65535
 

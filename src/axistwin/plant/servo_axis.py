@@ -23,13 +23,10 @@ from axistwin.sim.signal import Signal
 if TYPE_CHECKING:
     from axistwin.plant.servo import ServoLoad, ServoMotor
 
-FAR = 1 << 62
-"""A position that no shaft can reach."""
-AMBIENT = 25.0
-"""Default temperature around the motor, in degrees Celsius."""
+FAR = 1 << 62  # A position that no shaft can reach.
+AMBIENT = 25.0  # Default temperature around the motor, in degrees Celsius.
 COLDEST, HOTTEST = -40.0, 150.0
-IDEAL_COUNTS_PER_REV = 2000
-"""Encoder counts per revolution of a shaft without a data sheet."""
+IDEAL_COUNTS_PER_REV = 2000  # Encoder counts per revolution of a shaft without a data sheet.
 
 
 class Source(Protocol):
@@ -176,17 +173,14 @@ class ServoAxis(Shaft):
         self.motor, self.load_data = motor, load
         self.f: MutableSequence[float] = []
         """State of the physics: it belongs to the machine, and the source updates it."""
-        self.energy_nj = 0
-        """Energy that the windings have taken up to the last loss of power, in nJ."""
-        self.shaft = 0
-        """Position of the shaft while the source is `AtRest`."""
+        self.energy_nj = 0  # Energy that the windings have taken up to the last loss of power, in nJ.
+        self.shaft = 0  # Position of the shaft while the source is `AtRest`.
         self.counts_of, self.counts_out_of = 1, 1
         """The encoder counts `counts_of` for each `counts_out_of` counts: 9 of 10, -1 of 1, 0 of 1."""
         self._supply = Override(1.0, self._supply_changed, self._catch_up)
         self._ambient = Override(AMBIENT, self._replan, self._catch_up)
         self.on_supply: Signal[[]] = Signal()
-        self.master = Master(clock, self)
-        """The device wired to pins A and B."""
+        self.master = Master(clock, self)  # The device wired to pins A and B.
         self.encoder = EncoderView(self)
         self.on_motion: Signal[[]] = Signal()
         """Event that never happens, because encoders on this shaft read the position at each sample."""

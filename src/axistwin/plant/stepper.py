@@ -114,8 +114,7 @@ class StepperAxis(Shaft):
         """First and last position within the limit switches, and of the home switch; None: no switches."""
         self.units: MachineUnits | None = None
         """Unit of positions in texts and plots; the axis itself counts pulses.  None: no other unit."""
-        self.on_motion: Signal[[]] = Signal()
-        """Event: a move begins, or changes its profile."""
+        self.on_motion: Signal[[]] = Signal()  # Event: a move begins, or changes its profile.
         self.on_replan: Signal[[]] = Signal()
         """Event that never happens, because `positions_ahead` returns only the present position."""
         self.on_push: Signal[[]] = Signal()

@@ -18,8 +18,7 @@ from axistwin.conversations import conversation
 from axistwin.errors import ProgramError
 from axistwin.programs.command_lines import not_sent, prepared_action, run_until_quiet
 
-DEFAULT_MODEL = "1811"
-"""Default model for a program that does not name its model."""
+DEFAULT_MODEL = "1811"  # Default model for a program that does not name its model.
 
 
 def language_of(target: str) -> Language:

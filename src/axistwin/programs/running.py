@@ -22,12 +22,10 @@ from axistwin.programs.stored_programs import load_source, only_motor, store_pro
 from axistwin.storage import STANDARD_INPUT
 from axistwin.units import S
 
-FORMS = {"digiplan": ".if1", "compumotor": ".181x", "smartmotor": ".sms"}
-"""Suffix of each family's own programs."""
+FORMS = {"digiplan": ".if1", "compumotor": ".181x", "smartmotor": ".sms"}  # Suffix of each family's own programs.
 COMPILED = ".smx"
 
-BOUND_NS = 3600 * S
-"""Longest virtual time of a run for which no time is given."""
+BOUND_NS = 3600 * S  # Longest virtual time of a run for which no time is given.
 Send = Callable[[Bench, Iterable[Act], int, str], str | None]
 STORED_BOUND_NS = 60 * S
 """Longest virtual time of a motor's stored program; most of these programs are endless loops."""

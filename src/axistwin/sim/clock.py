@@ -20,8 +20,7 @@ __all__ = ["Clock", "Event", "Interrupt", "Procedure", "Process", "interrupt", "
 Procedure = Generator[Event, Any, Any]
 """A device procedure: a generator that yields events and is resumed when the events have happened."""
 
-LAST = 9
-"""Rank of external events, which come after all events of the bench itself."""
+LAST = 9  # Rank of external events, which come after all events of the bench itself.
 _AFTER_EVERYTHING_ELSE = 1_000  # SimPy executes simultaneous events in the order of their priority numbers.
 
 

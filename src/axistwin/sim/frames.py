@@ -19,8 +19,7 @@ from axistwin.units import S
 Parity = Literal["N", "E", "O", "M", "S"]
 BITS = 5, 6, 7, 8
 STOP_BITS = 1, 1.5, 2
-FASTEST_BAUD = 12_000_000
-"""The highest valid baud rate: that of the UARTs in USB adapters."""
+FASTEST_BAUD = 12_000_000  # The highest valid baud rate: that of the UARTs in USB adapters.
 MARK, SPACE = True, False
 
 
@@ -33,8 +32,7 @@ class LineError(Flag):
     BREAK = 4
 
 
-SOUND = LineError.NONE
-"""Constant for no error, because access to the enumeration is slow in an inner loop."""
+SOUND = LineError.NONE  # Constant for no error, because access to the enumeration is slow in an inner loop.
 
 
 @dataclass(frozen=True)

@@ -13,10 +13,8 @@ from axistwin.numbers import check_values, shortened
 from axistwin.sim.clock import Clock
 from axistwin.sim.signal import Signal
 
-MOST_COUNTS = 1 << 53
-"""Maximum displacement in one action, in pulses or counts."""
-MOST_TORQUE = 1000.0
-"""Maximum external torque on a shaft, in N·m."""
+MOST_COUNTS = 1 << 53  # Maximum displacement in one action, in pulses or counts.
+MOST_TORQUE = 1000.0  # Maximum external torque on a shaft, in N·m.
 
 
 def check_counts(counts: object, action: str) -> None:

@@ -13,15 +13,12 @@ from axistwin.errors import UsageError
 from axistwin.sim.clock import Clock, Event, Procedure
 from axistwin.sim.signal import Signal
 
-PULLED_UP_VOLTS = 5.0
-"""Voltage of an open user pin, through its 5 kΩ resistor."""
+PULLED_UP_VOLTS = 5.0  # Voltage of an open user pin, through its 5 kΩ resistor.
 HIGH_VOLTS, LOW_VOLTS = 2.0, 0.8
 """Thresholds: the level is high from the first voltage up, low from the second voltage down, and unchanged in between.
 """
-LEAST_VOLTS, MOST_VOLTS = -0.5, 5.5
-"""The range of voltages that the pin survives."""
-FULL_SCALE = 1023
-"""The analog-to-digital converter's reading for 5.0 V."""
+LEAST_VOLTS, MOST_VOLTS = -0.5, 5.5  # The range of voltages that the pin survives.
+FULL_SCALE = 1023  # The analog-to-digital converter's reading for 5.0 V.
 
 
 @dataclass(eq=False)
@@ -47,8 +44,7 @@ class Pin:
         self._driven: bool | None = None
         self._holds: list[_Held] = []
         self._changes: Signal[Pin] = Signal()
-        self.lead_changes: Signal[[]] = Signal()
-        """Event: the test lead has changed, even to an equal level."""
+        self.lead_changes: Signal[[]] = Signal()  # Event: the test lead has changed, even to an equal level.
         self._changed: Event | None = None
         self._flash_ns = 0
         self._flash_from = 0
@@ -282,8 +278,7 @@ class UserPin(Pin):
         self._stage: float | None = None
         self._wired: float | None = None
         self._volts = PULLED_UP_VOLTS
-        self.volts_changes: Signal[UserPin] = Signal()
-        """Event: the voltage has changed."""
+        self.volts_changes: Signal[UserPin] = Signal()  # Event: the voltage has changed.
 
     @property
     def volts(self) -> float:

@@ -12,10 +12,8 @@ class Whole:
 
     def __init__(self, sent: UartFormat, byte: int, start_ns: int) -> None:
         self.sent, self.byte, self.start_ns = sent, byte, start_ns
-        self.end_ns = start_ns + sent.receive_ns
-        """The end of the first stop bit."""
-        self.sampled: Reading | None = None
-        """The same character after sampling has begun."""
+        self.end_ns = start_ns + sent.receive_ns  # The end of the first stop bit.
+        self.sampled: Reading | None = None  # The same character after sampling has begun.
 
 
 class Reading:
@@ -37,8 +35,7 @@ class Reading:
         """The instant from which the receiver searches for a start bit: the middle of the stop bit, as in a real UART.
         """
         self.edge_ns = edge // edge_per
-        self.end_ns = self.edge_ns + fmt.receive_ns
-        """The end of the first stop bit."""
+        self.end_ns = self.edge_ns + fmt.receive_ns  # The end of the first stop bit.
         self.space = space
         """The space that begins with the falling edge; None if sampling began later, in the middle of a character."""
 

@@ -21,8 +21,7 @@ from axistwin.sim.signal import Signal
 DEPTH = 16
 
 DATA, CONTROL = 0, 1
-NOBODY_DRIVES = 0xFF
-"""The value that a host reads from a bus while no board drives it."""
+NOBODY_DRIVES = 0xFF  # The value that a host reads from a bus while no board drives it.
 
 
 class Fifo:
@@ -67,12 +66,9 @@ class RegisterPort:
         self.powered = False
         self.input, self.output = Fifo(), Fifo()
         self._status = 0
-        self.status_changes: Signal[[]] = Signal()
-        """Event: the status byte has changed."""
-        self.commands: Signal[bytes] = Signal()
-        """Event: the host has transferred a whole command."""
-        self.messages: Signal[bytes] = Signal()
-        """Event: the device has a message ready for the host."""
+        self.status_changes: Signal[[]] = Signal()  # Event: the status byte has changed.
+        self.commands: Signal[bytes] = Signal()  # Event: the host has transferred a whole command.
+        self.messages: Signal[bytes] = Signal()  # Event: the device has a message ready for the host.
         self.interrupt_line = Pin(clock, "interrupt", output=True)
         """The interrupt line to the host, for subscribers; high: active."""
         self.on_control: Callable[[int], None] = lambda value: None

@@ -25,8 +25,7 @@ from axistwin.sim.receiving import Reading, Whole
 from axistwin.sim.signal import Signal
 from axistwin.units import S, to_ns
 
-MANY = 12
-"""Number of stored spaces above which a receiver samples early; about three characters."""
+MANY = 12  # Number of stored spaces above which a receiver samples early; about three characters.
 LevelAt = Callable[[Fraction], bool]
 """Function that returns the level of the line at a time in ns after a falling edge."""
 
@@ -325,8 +324,7 @@ class Uart:
 
     def __post_init__(self) -> None:
         self.line: Wire = _Nowhere()
-        self.peers: tuple[Uart, ...] = ()
-        """The ends whose characters arrive here."""
+        self.peers: tuple[Uart, ...] = ()  # The ends whose characters arrive here.
         self.received: Signal[int, LineError] = Signal()
         """Emitted with each received character, after `on_receive`."""
         self.queue: deque[int | Break] = deque()

@@ -147,8 +147,7 @@ class SerialPort:
         """High while the port to which clients connect is gone, by the fault `hang_up`."""
         self._received_bytes = bytearray()
         self._receives: Signal[int, LineError] = Signal()
-        self.breaks: Signal[float] = Signal()
-        """Event: the host sends a break, of this duration in seconds."""
+        self.breaks: Signal[float] = Signal()  # Event: the host sends a break, of this duration in seconds.
         self._writes: Signal[bytes] = Signal()
         self.settings: Signal[Setting] = Signal()
         """Event: a setting is about to change, and not by the bench itself."""

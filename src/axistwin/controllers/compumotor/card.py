@@ -160,8 +160,7 @@ class Card:
             self._board.begin_test()
 
 
-BEING_DEFINED = ", being defined"
-"""End of the title of a sequence that stores the host's commands."""
+BEING_DEFINED = ", being defined"  # End of the title of a sequence that stores the host's commands.
 
 
 def _listings(commands: CommandSet, board: Board) -> Mapping[str, Listing]:

@@ -12,10 +12,8 @@ from typing import Any
 
 from axistwin.controllers.commandset import Command, CommandSet, Field
 
-CCW = 0x8000
-"""Direction bit of a streamed velocity, set for CCW."""
-LONGEST = 16
-"""Maximum number of bytes in a command string, and number of bytes in a message."""
+CCW = 0x8000  # Direction bit of a streamed velocity, set for CCW.
+LONGEST = 16  # Maximum number of bytes in a command string, and number of bytes in a message.
 
 
 class Accept(Flag):

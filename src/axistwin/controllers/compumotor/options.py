@@ -6,8 +6,7 @@ from typing import Literal, get_args
 from axistwin.controllers.options import check
 from axistwin.errors import UsageError
 
-LEAST_MS = 0.001
-"""Shortest time to begin a command of a sequence."""
+LEAST_MS = 0.001  # Shortest time to begin a command of a sequence.
 Interrupt = Literal["message_ready", "input_ready", "failed"]
 
 

@@ -32,15 +32,13 @@ from axistwin.sim.pins import Pin
 from axistwin.sim.registers import RegisterPort
 from axistwin.units import MS, US
 
-INDEXER = 0x50
-"""Indexer mode, the mode after reset.  The code of a mode is the opcode that enters it."""
+INDEXER = 0x50  # Indexer mode, the mode after reset.  The code of a mode is the opcode that enters it.
 _SINGULAR_IN_INDEXER_MODE = Accept.SINGULAR | Accept.INDEXER
 IN_MOTION = (
     "the motor is moving, or the joystick is enabled: wait until 88h reports rest, or send 10 (disable joystick)"
 )
 SHUT_DOWN = "the motor is shut down: send 12 00 first, or end the signal at the shutdown input"
-IN_DEADBAND = 0x80
-"""State code for 0Fh: the closed-loop error is within the deadband."""
+IN_DEADBAND = 0x80  # State code for 0Fh: the closed-loop error is within the deadband.
 
 
 class State(ABC):
@@ -64,8 +62,7 @@ class State(ABC):
         self.limits = Limits(clock, self.pulses, pins["cw_limit"], pins["ccw_limit"], ns(options.limit_us, US))
         self.library, self.motion = Library(clock, ns(options.calculation_ms)), Motion()
         self.start_stop = 0
-        self.zero = self.home = 0
-        """Absolute zero and HOME, in the pulse generator's count."""
+        self.zero = self.home = 0  # Absolute zero and HOME, in the pulse generator's count.
         self.home_definition: HomeDefinition | None = None
         # Procedures
         self.sequences, self.sequencer = Sequences(options.buffer_bytes), Sequencer(clock)

@@ -63,8 +63,7 @@ class Interface(State):
         self.buffer.on_terminator = self._cancel_at_once
         self._text: list[str] = []
         self._told = False
-        self._last_typed = 0
-        """Code of the last character of the message in progress that is no CR, LF or space."""
+        self._last_typed = 0  # Code of the last character of the message in progress that is no CR, LF or space.
         self._cancelled = False
         """True if `# <CR>` has acted while it waits in the buffer: what is before it begins no motion."""
         # For each character of the incoming message: True if the highest of the character's eight bits is 1.

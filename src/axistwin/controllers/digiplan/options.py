@@ -12,8 +12,7 @@ Wiring = Literal[
 Busy = Literal["hold", "ignore"]
 Limits = Literal["any motion", "motion ahead"]
 Unlock = Literal["last format", "lock format", "any format"]
-LEAST_MS = 0.001
-"""Shortest interval of transfers from the UART."""
+LEAST_MS = 0.001  # Shortest interval of transfers from the UART.
 RANGES = {"self_test_s": (0, 60), "recalculation_s": (0, 60), "strobe_ms": (LEAST_MS, 60)}
 
 

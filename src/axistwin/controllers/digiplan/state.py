@@ -57,26 +57,19 @@ class State(ABC):
         self.lock: MessageFormat | None = None
         self.eighth: tuple[bool, ...] = ()
         """Bit 8 of each character of the message in progress, terminator included."""
-        self.ignored: tuple[int, ...] = ()
-        """Characters that are ignored if received next."""
+        self.ignored: tuple[int, ...] = ()  # Characters that are ignored if received next.
         self.parameters = Parameters()
         self.sequence = ""
-        self.step_number = 0
-        """Number of the latest step of a sequence that has begun, as O reports it."""
-        self.step = 0
-        """Number of the present step of the running sequence; 0 if no sequence runs."""
-        self.ended_by = MotionFault.NONE
-        """The faults that have ended the latest sequence before its last step."""
+        self.step_number = 0  # Number of the latest step of a sequence that has begun, as O reports it.
+        self.step = 0  # Number of the present step of the running sequence; 0 if no sequence runs.
+        self.ended_by = MotionFault.NONE  # The faults that have ended the latest sequence before its last step.
         self.on_step: Callable[[int], None] = lambda number: None
-        self.waiting: Step | None = None
-        """The step that waits for inputs."""
-        self.hint = ""
-        """Reason why the host's characters are dropped before the stage READY, and the remedy."""
+        self.waiting: Step | None = None  # The step that waits for inputs.
+        self.hint = ""  # Reason why the host's characters are dropped before the stage READY, and the remedy.
         self.on_hint: Callable[[str], None] = lambda hint: None
         self.on_refusal: Callable[[Refusal], None] = lambda refusal: None
         """Function that is called with each message of the host that is not carried out."""
-        self.begun = ""
-        """Text of the message that has begun the present move."""
+        self.begun = ""  # Text of the message that has begun the present move.
         self._ramp_before: Parameters | None = None
         """Parameters before the new ramp data, until the new ramp is calculated; otherwise None."""
         self._muted_until_ns = 0

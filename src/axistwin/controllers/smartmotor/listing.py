@@ -20,8 +20,7 @@ from axistwin.controllers.smartmotor.motor import Motor
 from axistwin.sim.progress import Progress
 
 PROGRAM_NAME = "program"
-LINE = "line"
-"""The register with the line that is running, counted from 1; 0 while no program runs."""
+LINE = "line"  # The register with the line that is running, counted from 1; 0 while no program runs.
 
 
 def lines_of(text: str) -> tuple[str, ...]:

@@ -37,11 +37,9 @@ DEFAULTS = {
     s.INDEX_ARMED: 1, s.MC_BASE: 1, s.MC_SIZE: 1, s.MC_FACTOR: 1,
 }  # fmt: skip
 """Power-on values of parameters, if they are not 0 (chapter 2, and 16 of the base language)."""
-IDEAL_TUNING = (42, 28, 550, 15, 1, 0, 0, 0)
-"""KP … KG of a motor without a data sheet."""
+IDEAL_TUNING = (42, 28, 550, 15, 1, 0, 0, 0)  # KP … KG of a motor without a data sheet.
 UNPOWERED = s.LIMIT_C, s.LIMIT_D, s.SOFT_LIMITS, s.BT, s.VELOCITY, s.STOPPING, s.MASTER_LEFT, s.PWM, s.PENDING
-INPUT_2 = 2
-"""The label that pin G calls with F=64."""
+INPUT_2 = 2  # The label that pin G calls with F=64.
 RECORD_HANDLERS: Mapping[int, Callable[[Processor, int], None]] = {
     POSITION: host_mode.position,
     CLOCK: host_mode.clock,

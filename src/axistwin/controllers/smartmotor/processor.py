@@ -23,8 +23,7 @@ from axistwin.sim.pins import Pin, UserPin
 from axistwin.sim.serial import Uart
 from axistwin.sim.signal import Signal
 
-CHANNEL_1 = 4
-"""Bit of F that sends the output of a program to channel 1 (manual, table 7.1)."""
+CHANNEL_1 = 4  # Bit of F that sends the output of a program to channel 1 (manual, table 7.1).
 
 
 class Control(Enum):
@@ -79,8 +78,7 @@ class Processor(Dispatcher, ABC):
         self.reception = Reception()
         self.brake_control, self.mtb_enabled = Control.SERVO, True
         self.powered = True
-        self.refused = False
-        """True if a fault has prevented the last requested movement."""
+        self.refused = False  # True if a fault has prevented the last requested movement.
         self.host: Channel | None = None
         """Channel whose command is being executed; None if no host's command is being executed."""
         self.why_refused: str | None = None

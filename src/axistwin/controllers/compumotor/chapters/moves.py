@@ -16,8 +16,7 @@ MAINTAINS = "position maintenance is on: send 18 00 first, or a closed-loop move
 AT_LIMIT = "the limit input in this direction is active: move in the other direction"
 MOST_MOVES = 0x32
 FARTHEST_ABSOLUTE = 0x3FFF_FFFF
-FARTHEST_CLOSED_LOOP = 0x7FFF_FFFF
-"""Maximum number of motor pulses in a closed-loop move."""
+FARTHEST_CLOSED_LOOP = 0x7FFF_FFFF  # Maximum number of motor pulses in a closed-loop move.
 
 
 def set_default(board: State, ranges: tuple[int, int], velocity: int, acceleration: int) -> str | None:

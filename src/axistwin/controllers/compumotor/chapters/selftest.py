@@ -9,8 +9,7 @@ from axistwin.sim.clock import Procedure
 
 PULSES = 25_000
 RATE = Fraction(5_000)
-WIDTH = Fraction(3, 2_000_000)
-"""Width of a STEP pulse in seconds: "a one to two microsecond, high going, pulse"."""
+WIDTH = Fraction(3, 2_000_000)  # Width of a STEP pulse in seconds: "a one to two microsecond, high going, pulse".
 ONE_TURN = VelocityProfile(((Phase.CONSTANT, (Segment(RATE, PULSES / RATE),)),), 1 / (2 * WIDTH))
 
 

@@ -9,8 +9,7 @@ from axistwin.sim.clock import Procedure
 from axistwin.units import MS
 
 EDGE_TRIGGERS = (1, 6)
-LEVEL_RESPONSE_NS = 3 * MS
-"""Triggers 2 to 5: "the worst case response to them is 3 milliseconds"."""
+LEVEL_RESPONSE_NS = 3 * MS  # Triggers 2 to 5: "the worst case response to them is 3 milliseconds".
 
 
 def repeat(board: State, count: int, times: int | None = None) -> None:

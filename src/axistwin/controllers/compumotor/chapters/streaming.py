@@ -18,8 +18,7 @@ from axistwin.sim.clock import Procedure
 from axistwin.units import MS
 
 VELOCITY_DISTANCE, VELOCITY_TIME, DISTANCE_TIME = 0x51, 0x52, 0x53
-SHORTEST_NS = 2 * MS
-"""The shortest duration of a velocity-distance pair, and the duration of a velocity of zero."""
+SHORTEST_NS = 2 * MS  # The shortest duration of a velocity-distance pair, and the duration of a velocity of zero.
 END_OF_STREAM = 0x8001
 NO_MARKERS_OF_DISTANCE = (0x8000, END_OF_STREAM)
 MOST_MARKERS = 10

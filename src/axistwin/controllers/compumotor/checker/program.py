@@ -32,8 +32,7 @@ MODAL = frozenset((0x50, 0x51, 0x52, 0x53, 0xD8, 0xD9))
 DATA = {0xE0: 0x51, 0xE1: 0x52, 0xE3: 0x53}
 """By opcode of streamed data, the opcode of the streaming mode that accepts these data."""
 END_OF_STREAM = -0x7FFF
-SHORTEST_NS = 2 * MS
-"""The shortest duration of a velocity-distance pair."""
+SHORTEST_NS = 2 * MS  # The shortest duration of a velocity-distance pair.
 
 
 @dataclass(frozen=True)
@@ -95,8 +94,7 @@ class _Checker:
     def __init__(self, commands: CommandSet) -> None:
         self.commands, self.defined = commands, Definitions()
         self.found: list[Diagnostic] = []
-        self._before: Sent | None = None
-        """First byte of the command before, if that takes time."""
+        self._before: Sent | None = None  # First byte of the command before, if that takes time.
 
     def take(self, sent: Sequence[Sent]) -> None:
         command = self.commands.get(sent[0].byte)

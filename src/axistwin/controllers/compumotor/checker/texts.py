@@ -173,8 +173,7 @@ def _position(name: str, size: int, unit: str = "pulses") -> tuple[language.Numb
 _RANGES = language.Ranges("ranges")
 _TRIGGER = (language.u8("trigger"),)
 
-_INDEXED = _RANGES, language.u32("velocity")
-"""Fields of the answer to 85h in indexer mode."""
+_INDEXED = _RANGES, language.u32("velocity")  # Fields of the answer to 85h in indexer mode.
 _STREAMED = (language.StreamedVelocity("velocity", "effective clock/65536", size=2),)
 """Fields of the answer to 85h in a streaming mode."""
 

@@ -15,8 +15,7 @@ class Outputs:
     def __init__(self, pins: Mapping[str, Pin], handshake: Handshake, states: Mapping[int, Callable[[], bool]]) -> None:
         """`states`: for each state code of 0Fh, a function that returns True if the state is active."""
         self._pins, self._handshake, self._states = pins, handshake, states
-        self.programmed = 0
-        """Programmable outputs as set by commands: output 1 in bit 1, output 2 in bit 2."""
+        self.programmed = 0  # Programmable outputs as set by commands: output 1 in bit 1, output 2 in bit 2.
         self._tracked: dict[int, tuple[int, bool]] = {}
         """States of the board (e.g. motor moving) that the host has assigned to output bits with command 0Fh.
 

@@ -12,8 +12,7 @@ from axistwin.controllers.compumotor.parts.ranges import VelocityRange
 from axistwin.motion.profile import Segment
 from axistwin.motion.quantised_ramp import QuantisedRamp, quantised_levels
 
-UPDATE = Fraction(1, 500)
-"""Seconds between two levels of a ramp."""
+UPDATE = Fraction(1, 500)  # Seconds between two levels of a ramp.
 
 
 @dataclass(frozen=True)

@@ -75,8 +75,7 @@ class PulseGenerator:
 
     def __init__(self, clock: Clock, axis: StepperAxis, direction: Pin) -> None:
         self.clock, self.axis, self._direction = clock, axis, direction
-        self.cw_is_plus = True
-        """True if CW is the + direction (command 14h)."""
+        self.cw_is_plus = True  # True if CW is the + direction (command 14h).
         self.sign = +1
         self.phase = Phase.REST
         self.velocity_profile = VelocityProfile(())

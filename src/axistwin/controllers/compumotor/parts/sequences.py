@@ -23,8 +23,7 @@ class Sequences:
 
     def __init__(self, memory: int) -> None:
         self.memory = memory
-        self.defining: int | None = None
-        """Number of the sequence being defined, which stores the host's commands."""
+        self.defining: int | None = None  # Number of the sequence being defined, which stores the host's commands.
         self.buffers: dict[int, list[Stored]] = {}
 
     def __getitem__(self, number: int) -> list[Stored] | None:

@@ -13,13 +13,10 @@ from axistwin.controllers.compumotor.parts.ranges import BASE_CLOCKS, FULL
 from axistwin.sim.clock import Clock, Procedure, Process, kill
 
 WORD = 2
-LEAST_FREE = 15
-"""Number of bytes that must be free for the data of E0h, E1h or E3h."""
-FASTEST = CCW - 1
-"""Highest velocity number, without the direction bit."""
+LEAST_FREE = 15  # Number of bytes that must be free for the data of E0h, E1h or E3h.
+FASTEST = CCW - 1  # Highest velocity number, without the direction bit.
 
-Entry = tuple[int, ...]
-"""An entry of the buffer: a velocity, a distance, or a velocity and a distance."""
+Entry = tuple[int, ...]  # An entry of the buffer: a velocity, a distance, or a velocity and a distance.
 
 
 @dataclass(frozen=True, eq=False)
@@ -78,8 +75,7 @@ class Stream:
         self, clock: Clock, memory: int, send: Callable[[int, bytes], None], refresh: Callable[[], None]
     ) -> None:
         self._clock, self._memory, self._send, self._refresh = clock, memory, send, refresh
-        self.setting: Setting | None = None
-        """Present streaming mode with its parameters; None in indexer mode."""
+        self.setting: Setting | None = None  # Present streaming mode with its parameters; None in indexer mode.
         self.markers: dict[int, Marker] = {}
         self._entries: deque[Entry] = deque()
         self._used = 0

@@ -100,17 +100,14 @@ class Tracking:
         self.teeth: int | None = None
         self.law: Law | None = None
         self.deadband: int | None = None
-        self.on = False
-        """True while position maintenance (18h) is on."""
-        self.ends_stalled_moves = False
-        """True if a stall ends a move (19h)."""
+        self.on = False  # True while position maintenance (18h) is on.
+        self.ends_stalled_moves = False  # True if a stall ends a move (19h).
         self.zero = self.desired = 0
         self.commanded: tuple[Move, int] | None = None
         # Kind of the present move, or of the last move if the motor is at rest, e.g. a search for HOME.
         self.use = Use.OPEN_LOOP
         self._began = 0
-        self.ended: int | None = 0
-        """Encoder count at the end of the last move; None during a move."""
+        self.ended: int | None = 0  # Encoder count at the end of the last move; None during a move.
         self.reference: tuple[int, int] | None = (0, 0)
         """Motor and encoder positions from which slip is measured; None after a stall of this move."""
         self.correction: VelocityProfile | None = None

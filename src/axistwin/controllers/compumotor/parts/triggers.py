@@ -7,8 +7,7 @@ from axistwin.sim.clock import Clock, Event
 from axistwin.sim.pins import Pin
 from axistwin.units import MS
 
-LOW_BEFORE_NS = 2 * MS
-"""Time for which a trigger must have been low before a rising edge has an effect."""
+LOW_BEFORE_NS = 2 * MS  # Time for which a trigger must have been low before a rising edge has an effect.
 
 
 class Triggers:

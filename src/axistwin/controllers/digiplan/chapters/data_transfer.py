@@ -175,15 +175,12 @@ class Transmitter:
 
     def __init__(self, clock: Clock, uart: Uart, lines: ControlLines) -> None:
         self.clock, self.uart, self.lines = clock, uart, lines
-        self.delay = 0
-        """Inter-character delay in units of 10 ms."""
+        self.delay = 0  # Inter-character delay in units of 10 ms.
         self._held_back = 0  # Number of transmissions that wait until the inputs DSR and CTS are active.
         self._message: Event | None = None
-        self.rest: Process | None = None
-        """Procedure that completes a message whose sender has been cancelled."""
+        self.rest: Process | None = None  # Procedure that completes a message whose sender has been cancelled.
         self._flow_control: int | None = None
-        self.urgent: Process | None = None
-        """Procedure that sends X-on or X-off."""
+        self.urgent: Process | None = None  # Procedure that sends X-on or X-off.
         uart.on_idle = lambda: lines.rts.set(False)
 
     @property

@@ -45,8 +45,7 @@ FAULTS = {
     **dict.fromkeys(LIMITS, MotionFault.LIMIT),
     **dict.fromkeys(DRIVES, MotionFault.DRIVE),
 }
-CLOSED = tuple(FAULTS)
-"""Terminals through which current flows in normal operation."""
+CLOSED = tuple(FAULTS)  # Terminals through which current flows in normal operation.
 
 
 class Faults:

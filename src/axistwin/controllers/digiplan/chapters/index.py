@@ -7,8 +7,7 @@ from axistwin.motion.profile import Profile, Segment
 from axistwin.sim.clock import Procedure
 from axistwin.units import MS
 
-REVERSAL_NS = 3 * MS
-"""Pause before the motor reverses: "at least 3mS"."""
+REVERSAL_NS = 3 * MS  # Pause before the motor reverses: "at least 3mS".
 
 
 def axis(name: str, step: Step, direction: int, distance: int | None) -> str | None:

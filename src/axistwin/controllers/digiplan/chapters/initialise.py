@@ -9,14 +9,12 @@ from axistwin.sim.clock import Procedure
 from axistwin.sim.frames import LineError, UartFormat
 from axistwin.units import MS, S
 
-LOW_BITS = 4
-"""Number of low bits that a UART sends first for the character `(`: the start bit and three zeros."""
+LOW_BITS = 4  # Number of low bits that a UART sends first for the character `(`: the start bit and three zeros.
 TOLERANCE = 10  # The interface accepts a baud rate of the host within ±10 % of a standard baud rate.
 BAUD_DETECT, ERASE = ord("("), ord("*")
 NO_BAUD_RATE = "characters from the host are dropped, no baud rate yet: send ( first, at 110 to 9600 baud"
 NO_FORMAT = "characters from the host are dropped, no data format yet: send it first, e.g. U61 <CR>"
-ECHOED = "U"
-"""The reply of the interface to `(`, which sample program 4 of the manual sends back to the interface."""
+ECHOED = "U"  # The reply of the interface to `(`, which sample program 4 of the manual sends back to the interface.
 FALSE_CHARACTER = 0x7F
 """Extra character that a UART without parity receives when it takes the host's parity bit 0 for a start bit."""
 FLASH_NS = 250 * MS  # The lamp flashes twice per second: on for 250 ms, off for 250 ms.
@@ -111,10 +109,8 @@ class FormatReader:
     """Reads a message that sets the data format, e.g. `U61`, character by character."""
 
     def __init__(self) -> None:
-        self.text = ""
-        """Characters of the message in progress."""
-        self.dropped = False
-        """True if the last character ended a wrong message."""
+        self.text = ""  # Characters of the message in progress.
+        self.dropped = False  # True if the last character ended a wrong message.
 
     def take(self, character: int) -> Frame | None:
         """Return the data format if this character ends a valid message."""

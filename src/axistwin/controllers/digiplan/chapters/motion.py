@@ -12,10 +12,8 @@ from axistwin.plant.stepper import StepperAxis
 from axistwin.sim.clock import Clock, Event
 from axistwin.sim.pins import Pin
 
-DIRECTIONS = {axis: f"{axis.lower()}_direction" for axis in "XYZ"}
-"""The direction output of each axis."""
-PULSE_NS = 5_000
-"""Time for which a clock output is high: half a period at 100,000 steps/s, the highest speed."""
+DIRECTIONS = {axis: f"{axis.lower()}_direction" for axis in "XYZ"}  # The direction output of each axis.
+PULSE_NS = 5_000  # Time for which a clock output is high: half a period at 100,000 steps/s, the highest speed.
 
 
 class RampGenerator:

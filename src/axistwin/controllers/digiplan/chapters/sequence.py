@@ -10,8 +10,7 @@ from axistwin.controllers.digiplan.step import EndOfWork, Parameters, Step
 from axistwin.sim.clock import Interrupt, Procedure
 from axistwin.units import MS
 
-CYCLE_NS = 1 * MS
-"""A step without a wait takes one cycle of about 1 ms."""
+CYCLE_NS = 1 * MS  # A step without a wait takes one cycle of about 1 ms.
 
 
 def repeat(step: Step, times: int, first: int) -> None:

@@ -4,8 +4,7 @@ from axistwin.controllers.smartmotor.kernel import state as s
 from axistwin.controllers.smartmotor.processor import Control, Processor
 
 PIN_C, PIN_G = 1 << s.USER_PINS.index("C"), 1 << s.USER_PINS.index("G")
-SIGNALS = {"C": PIN_C, "G": PIN_G}
-"""The pins that can carry the brake's signal, by their bits."""
+SIGNALS = {"C": PIN_C, "G": PIN_G}  # The pins that can carry the brake's signal, by their bits.
 
 
 def servo(motor: Processor) -> None:

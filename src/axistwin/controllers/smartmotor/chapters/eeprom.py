@@ -12,8 +12,7 @@ from axistwin.controllers.smartmotor.kernel.interpreter import BYTE, LONG, VARIA
 from axistwin.controllers.smartmotor.processor import Processor
 
 BYTES = {BYTE: 1, WORD: 2, LONG: 4, VARIABLE: 4}
-WRITE_SAMPLES = 21
-"""A VST in a program takes the 5 ms of an EEPROM's write cycle."""
+WRITE_SAMPLES = 21  # A VST in a program takes the 5 ms of an EEPROM's write cycle.
 
 
 class Run(NamedTuple):

@@ -16,10 +16,8 @@ OPEN_SWITCHES = (
 )
 AT_SWITCH = "in a limit fault, at a limit switch: ZS, a move away from it, and ZS again"
 BEYOND = "in a limit fault, at or beyond a software limit: SLD ZS"
-ALARMS = {s.BR: "Br", s.BL: "Bl", s.BE: "Be", s.BH: "Bh"}
-"""Names of faults in reports, by flag."""
-FAULT_1 = 1
-"""The label that a fault calls with F=32."""
+ALARMS = {s.BR: "Br", s.BL: "Bl", s.BE: "Be", s.BH: "Bh"}  # Names of faults in reports, by flag.
+FAULT_1 = 1  # The label that a fault calls with F=32.
 
 
 def happen(motor: Processor, why: int) -> None:

@@ -8,8 +8,7 @@ from axistwin.controllers.smartmotor.kernel import interpreter
 from axistwin.controllers.smartmotor.kernel import state as s
 from axistwin.controllers.smartmotor.processor import Processor
 
-NOWHERE = -1
-"""The return address of a subroutine that is called while no program runs."""
+NOWHERE = -1  # The return address of a subroutine that is called while no program runs.
 
 
 def begin(motor: Processor, by_run: bool = False) -> None:

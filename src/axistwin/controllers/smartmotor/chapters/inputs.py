@@ -17,8 +17,7 @@ from axistwin.plant.counts import Samples
 from axistwin.sim.pins import Pin, UserPin
 from axistwin.units import S
 
-QUADRATURE = (0, 1, 3, 2)
-"""Pins A (1) and B (2) in the order in which they change when the encoder turns forwards."""
+QUADRATURE = (0, 1, 3, 2)  # Pins A (1) and B (2) in the order in which they change when the encoder turns forwards.
 
 
 class Inputs:

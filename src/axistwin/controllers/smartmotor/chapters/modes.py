@@ -11,8 +11,7 @@ from axistwin.controllers.smartmotor.processor import Control, Processor
 
 PID_RATES = (1, 2, 4, 8)
 RATIOS = (s.M_RATIO, s.M_STEP_RATIO)
-FULL = 4
-"""Counted edges per encoder period of four, for MF4 and for steps."""
+FULL = 4  # Counted edges per encoder period of four, for MF4 and for steps.
 
 
 def parameter(motor: Processor, value: int, *, slot: int, low: int, high: int) -> None:

@@ -9,8 +9,7 @@ from axistwin.controllers.smartmotor.kernel import state as s
 from axistwin.controllers.smartmotor.kernel.interpreter import computed, evaluate
 from axistwin.controllers.smartmotor.processor import Processor
 
-SAMPLE_PERIOD = 24576
-"""The period that RSP reports, in units of 10 ns."""
+SAMPLE_PERIOD = 24576  # The period that RSP reports, in units of 10 ns.
 FIRMWARE = 476
 
 LETTERS = {

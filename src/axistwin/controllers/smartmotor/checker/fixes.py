@@ -10,8 +10,7 @@ from axistwin.controllers.smartmotor.language import class5
 from axistwin.controllers.smartmotor.language.expressions import Problem
 from axistwin.controllers.smartmotor.language.language import digits_as_address, read
 
-WITHOUT = frozenset({"ES400", "ES1000"})
-"""Commands removed in 4.76 without a replacement."""
+WITHOUT = frozenset({"ES400", "ES1000"})  # Commands removed in 4.76 without a replacement.
 
 
 def of(sent: Sequence[Sent], text: str, problem: Problem) -> Fix | None:

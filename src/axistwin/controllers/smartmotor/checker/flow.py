@@ -16,8 +16,7 @@ from axistwin.controllers.smartmotor.kernel.interpreter import HEAD
 from axistwin.controllers.smartmotor.kernel.state import DEPTH_MOST, SWITCH_MOST
 from axistwin.controllers.smartmotor.language.program import digits
 
-FAULT, INPUT = 1, 2
-"""Numbers of the labels that faults (C1) and pin G (C2) call."""
+FAULT, INPUT = 1, 2  # Numbers of the labels that faults (C1) and pin G (C2) call.
 WITH_ARGUMENT = frozenset({ops.CONSTANT, ops.SLOT, ops.VARIABLE, ops.COMPUTED, ops.PIN, ops.TAKEN_PIN})
 ENDS = frozenset({ops.S_RETURN, ops.S_RETURNI, ops.S_END})
 NO_RETURN = frozenset({"RUN", "Z"})

@@ -10,8 +10,7 @@ from axistwin.controllers.smartmotor.kernel.jit import sampled
 from axistwin.controllers.smartmotor.kernel.machine import Ints
 
 RELATIVE_CAM, MODULO_CAM = 16, 128
-DWELLING = RELATIVE_CAM | MODULO_CAM
-"""Bits of F that enable the dwell."""
+DWELLING = RELATIVE_CAM | MODULO_CAM  # Bits of F that enable the dwell.
 TABLE_MOST = 101
 
 

@@ -23,19 +23,15 @@ from axistwin.controllers.smartmotor.kernel.servo import rest, resting
 from axistwin.sim.clock import Clock
 from axistwin.sim.signal import Signal
 
-SAMPLE_NS = 245_760
-"""Duration of a sample in ns; the command RSP reports it as 24576, in units of 10 ns."""
+SAMPLE_NS = 245_760  # Duration of a sample in ns; the command RSP reports it as 24576, in units of 10 ns.
 SHORTEST, LONGEST, LONGEST_PLAIN = 16, 1 << 12, 1 << 7
 """Numbers of samples in a block; computing a block takes less than 2 ms, the time slice of a served bench."""
-AT_ONCE = 4
-"""Number of blocks of the longest size that are computed as one while no host can wait for them."""
+AT_ONCE = 4  # Number of blocks of the longest size that are computed as one while no host can wait for them.
 PLAIN_SAMPLES = 20_000
 """Number of samples, of all motors, that plain Python computes before the compiler is loaded."""
-PLAIN_MOTORS = 8
-"""Number of motors that plain Python runs in real time on any computer."""
+PLAIN_MOTORS = 8  # Number of motors that plain Python runs in real time on any computer.
 STACK = 64
-PID_MOST = 8
-"""Longest period of the trajectory in samples, set by PID8."""
+PID_MOST = 8  # Longest period of the trajectory in samples, set by PID8.
 
 Follower = Callable[[Sequence[int], Sequence[int], Sequence[int]], None]
 """Function that is called with the changes of traced values: times in ns, indexes and new values."""
@@ -89,8 +85,7 @@ class Core:
 
         The sample after each of these times uses the count at this time.  None if the encoder can be predicted.
         """
-        self.on_replan: Signal[[]] = Signal()
-        """Event: samples that were computed ahead have been discarded."""
+        self.on_replan: Signal[[]] = Signal()  # Event: samples that were computed ahead have been discarded.
         self._keeps_read = False
         self.predict: Callable[[int, int], Sequence[int]] | None = None
         """Function that predicts the external encoder's edges for the next samples."""
@@ -402,8 +397,7 @@ class Engine:
         self._code, self._log, self._followed = core.code, core.log, core.log
         self._copies: tuple[Any, ...] = ()
         self._views: tuple[Any, ...] = ()
-        self.predicted = array("q", [0])
-        """Known edges of the external encoder in the next samples."""
+        self.predicted = array("q", [0])  # Known edges of the external encoder in the next samples.
         self._viewed = self.predicted
 
     @property

@@ -18,8 +18,7 @@ from axistwin.controllers.smartmotor.kernel.position import actual_position, fol
 Ints = MutableSequence[int]
 
 LOWEST, HIGHEST = -(1 << 31), (1 << 31) - 1
-STACK = 64
-"""Number of intermediate results that an expression can have at once."""
+STACK = 64  # Number of intermediate results that an expression can have at once.
 
 # Results of the execution of one program statement
 DONE, TRAP, HELD, FETCH = range(4)
@@ -41,11 +40,9 @@ POSITION, POSITION_ERROR, CLOCK, INDEX_POSITION, STATUS_WORD, STATUS_BYTE, PIN_W
     S_IF, S_JUMP, S_LET, S_TRAP, S_ELEMENT, S_WAIT, S_TWAIT, S_SWITCH, S_CASE, S_GOSUB,
     S_RETURN, S_RETURNI, S_STACK, S_END, S_FETCH,
 ) = range(15)  # fmt: skip
-HEAD = 3
-"""Length of a statement's head: operation, number, and the place of the next statement after an error."""
+HEAD = 3  # Length of a statement's head: operation, number, and the place of the next statement after an error.
 
-CALL_C2 = 64
-"""The function of F that lets pin G call C2 (table 7.1)."""
+CALL_C2 = 64  # The function of F that lets pin G call C2 (table 7.1).
 MOST_POWER = 4
 
 

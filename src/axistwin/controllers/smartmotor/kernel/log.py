@@ -21,12 +21,9 @@ from axistwin.controllers.smartmotor.kernel.jit import sampled
 from axistwin.controllers.smartmotor.kernel.state import BUFFERED_FACTOR, SAMPLE, A
 
 FOLLOWED, USED, ROOM, MOVING, HEAD = range(5)
-NUMBER, CHANGE = 4, 3
-"""Lengths of an entry in the head of a log, and of a logged change."""
-KINDS = COMPUTED, SLOT, VARIABLE
-"""The kinds of numbers, in their order in the log."""
-CHANGES = 1 << 14
-"""Smallest number of changes in one block that the log can store."""
+NUMBER, CHANGE = 4, 3  # Lengths of an entry in the head of a log, and of a logged change.
+KINDS = COMPUTED, SLOT, VARIABLE  # The kinds of numbers, in their order in the log.
+CHANGES = 1 << 14  # Smallest number of changes in one block that the log can store.
 
 
 @sampled

@@ -14,12 +14,10 @@ from axistwin.plant.servo import ServoLoad, ServoMotor
 
 SAMPLE_S = 245_760e-9
 FULL_PWM = 1023
-HEAT_BLOCK = 256
-"""Samples between two updates of the temperatures; 63 ms."""
+HEAT_BLOCK = 256  # Samples between two updates of the temperatures; 63 ms.
 AMBIENT_C = 25.0
 MOST_TORQUE_NM = 1000.0
-LEAST = 1e-6
-"""Smallest share of magnetism or voltage, so that no division by zero occurs."""
+LEAST = 1e-6  # Smallest share of magnetism or voltage, so that no division by zero occurs.
 
 Ints = MutableSequence[int]
 Floats = MutableSequence[float]

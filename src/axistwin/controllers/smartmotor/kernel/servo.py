@@ -20,18 +20,13 @@ from axistwin.controllers.smartmotor.kernel.jit import sampled
 from axistwin.controllers.smartmotor.kernel.machine import Floats, Ints
 from axistwin.controllers.smartmotor.kernel.servo_law import VELOCITY_BITS, clipped, steady
 
-CURRENT_BITS = 4
-"""Number of bits (4 for 16 samples) over which the measured current is filtered."""
+CURRENT_BITS = 4  # Number of bits (4 for 16 samples) over which the measured current is filtered.
 MOST_CENTIAMPS = 100_000.0
-LEAST_AMPS = 1e-9
-"""Current in A below which a current counts as 0, so that a current in an inductance ends."""
-RMS_SECONDS = 1.0
-"""Approximate time in seconds over which the RMS current is calculated."""
+LEAST_AMPS = 1e-9  # Current in A below which a current counts as 0, so that a current in an inductance ends.
+RMS_SECONDS = 1.0  # Approximate time in seconds over which the RMS current is calculated.
 RMS_STEP = m.HEAT_BLOCK * m.SAMPLE_S / RMS_SECONDS
-COOLER = 5
-"""Number of °C below TH at which an overheated motor can be switched on again."""
-IDEAL_BITS = 5
-"""An ideal motor in torque mode turns by a count per sample for each 32 PWM units."""
+COOLER = 5  # Number of °C below TH at which an overheated motor can be switched on again.
+IDEAL_BITS = 5  # An ideal motor in torque mode turns by a count per sample for each 32 PWM units.
 
 
 @sampled

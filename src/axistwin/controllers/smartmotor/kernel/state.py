@@ -179,8 +179,7 @@ INTS = next(_slots)
 
 STOPPED, RUNNING, BLOCKED = range(3)
 """States of the program.  BLOCKED: a statement waits for an external event, such as room in the transmitter."""
-NOTHING_YET = -1
-"""Value in place of a statement number before the first statement of a started program."""
+NOTHING_YET = -1  # Value in place of a statement number before the first statement of a started program.
 DEPTH_MOST, SWITCH_MOST = 10, 4
 
 MODES = (
@@ -188,10 +187,8 @@ MODES = (
     M_CAM, M_HOST,
 ) = range(14)  # fmt: skip
 """OFF, mode torque brake, error, servo in place, MP, MV, MT, X, MF1/2/4, MFR, MS, MSR, MC…, MD."""
-M_RELATIVE = len(MODES)
-"""Value reported instead of M_POSITION while D gave the target."""
-NO_POWER = -1
-"""Mode that is reported while the power is off."""
+M_RELATIVE = len(MODES)  # Value reported instead of M_POSITION while D gave the target.
+NO_POWER = -1  # Mode that is reported while the power is off.
 
 CALL_GOSUB, CALL_FAULT, CALL_INPUT = 0, 1, 2
 """The reason for a return address on the stack: GOSUB, a call of C1 by a fault, a call of C2 by pin G."""
@@ -199,11 +196,9 @@ CALL_GOSUB, CALL_FAULT, CALL_INPUT = 0, 1, 2
 DRIVE_OPEN, DRIVE_SHORTED, DRIVE_ON = range(3)
 """Windings open (the shaft coasts), shorted (mode torque brake), driven by PWM."""
 
-STATUS = (BT, BR, BL, BI, BW, BE, BH, BO, BX, BP, BM, BD, BU, BS, BA, BK)
-"""The status word W from bit 0 on."""
+STATUS = (BT, BR, BL, BI, BW, BE, BH, BO, BX, BP, BM, BD, BU, BS, BA, BK)  # The status word W from bit 0 on.
 
-USER_PINS = "ABCDEFG"
-"""The user pins, from bit 0 of PINS on."""
+USER_PINS = "ABCDEFG"  # The user pins, from bit 0 of PINS on.
 
 LETTERS = 0  # Index of the variable a in the memory of the program's variables; the variables b to z follow.
 DOUBLES = 26  # Index of the variable aa in the memory of the program's variables; the variables bb to zz follow.

@@ -14,10 +14,8 @@ from axistwin.controllers.smartmotor.kernel.jit import sampled
 from axistwin.controllers.smartmotor.kernel.machine import Ints
 from axistwin.controllers.smartmotor.kernel.position import wrapped
 
-FULL_SCALE = 1023
-"""The analog value of a pin at 5 V (manual, section 6.3)."""
-WRAP = 1 << 48
-"""Number of 1/65536 counts in 2^32 counts, at which a position wraps."""
+FULL_SCALE = 1023  # The analog value of a pin at 5 V (manual, section 6.3).
+WRAP = 1 << 48  # Number of 1/65536 counts in 2^32 counts, at which a position wraps.
 
 
 @sampled

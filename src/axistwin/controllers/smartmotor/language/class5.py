@@ -9,8 +9,7 @@ from typing import NamedTuple
 
 from axistwin.numbers import clipped
 
-PINS = "ABCDEFG"
-"""Letters of the pins in the order of their Class 5 numbers, from 0."""
+PINS = "ABCDEFG"  # Letters of the pins in the order of their Class 5 numbers, from 0.
 FLAGS = {1: "Bo", 2: "Bt", 4: "Ba", 5: "Bh", 6: "Be", 12: "Br", 13: "Bl", 14: "Bp", 15: "Bm"}
 """Flags of 4.76 that Class 5 calls B(0,n)."""
 RATES = "its value is for 8000 samples/s, 4.76 has 4069"

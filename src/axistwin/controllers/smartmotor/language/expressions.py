@@ -20,8 +20,7 @@ from axistwin.controllers.smartmotor.language import class5
 from axistwin.controllers.smartmotor.processor import Processor
 
 CHAPTER = "Variables and mathematics"
-DEEPEST = 20
-"""The largest depth of nested parentheses and indices."""
+DEEPEST = 20  # The largest depth of nested parentheses and indices.
 
 LEVELS = (
     {"|": ops.OR},

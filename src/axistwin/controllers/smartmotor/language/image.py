@@ -21,8 +21,7 @@ JUMPING = ("IF", "ELSEIF", "ELSE", "WHILE", "LOOP", "SWITCH", "CASE", "DEFAULT",
 WORDS = {(word[0], word[3:]): word for word in JUMPING}
 END_OF_TEXT = b"\xff"
 
-HEADER = 28
-"""Number of characters of a header with its line end; the label table follows."""
+HEADER = 28  # Number of characters of a header with its line end; the label table follows.
 
 _code = re.compile(r"""(?:"[^"]*(?:"|$)|[^"'])*""")
 _word = re.compile(r'(?:"[^"\n]*(?:"|(?=\n)|$)|[^ \t\n"])+')
@@ -84,8 +83,7 @@ class Decoder:
 
     def __init__(self) -> None:
         self._lines: list[str] = []
-        self._rest = ""
-        """Received text that is not a complete line yet, or may belong to the header."""
+        self._rest = ""  # Received text that is not a complete line yet, or may belong to the header.
         self._header: tuple[int, int] | None = None
         self._begun = self._ended = False
 

@@ -23,15 +23,11 @@ from axistwin.controllers.smartmotor.language.language import WITHOUT_VALUE, Sta
 
 __all__ = ["Compilation", "Place", "Program", "Statement"]
 
-OPENS = {"ENDIF": "IF", "LOOP": "WHILE", "ENDS": "SWITCH"}
-"""The end of each kind of block, and its beginning."""
+OPENS = {"ENDIF": "IF", "LOOP": "WHILE", "ENDS": "SWITCH"}  # The end of each kind of block, and its beginning.
 PARTS = {"ELSEIF": "IF", "ELSE": "IF", "CASE": "SWITCH", "DEFAULT": "SWITCH"}
-OTHERWISE = frozenset({"ELSE", "DEFAULT"})
-"""Parts that occur once in a block; ELSE is the last part of an IF."""
-SILENT = frozenset({"ENDIF", "ENDS", "CASE", "DEFAULT"})
-"""Keywords of statements that need no code."""
-PIECE = 64
-"""Number of statements that one step of a compilation processes."""
+OTHERWISE = frozenset({"ELSE", "DEFAULT"})  # Parts that occur once in a block; ELSE is the last part of an IF.
+SILENT = frozenset({"ENDIF", "ENDS", "CASE", "DEFAULT"})  # Keywords of statements that need no code.
+PIECE = 64  # Number of statements that one step of a compilation processes.
 
 
 class Place(NamedTuple):
@@ -152,11 +148,9 @@ class _Matcher:
 
     def __init__(self, statements: list[Statement]) -> None:
         self.statements = statements
-        self.blocks: dict[int, _Block] = {}
-        """The block to which a statement belongs, by its number."""
+        self.blocks: dict[int, _Block] = {}  # The block to which a statement belongs, by its number.
         self._open: list[_Block] = []
-        self._left: list[_Block] = []
-        """Stack of the open blocks that a BREAK can leave."""
+        self._left: list[_Block] = []  # Stack of the open blocks that a BREAK can leave.
         self._broken = 0
 
     def match(self) -> Iterator[None]:
@@ -248,8 +242,7 @@ class _Writer:
         self.begins: list[int] = []
         """Place in the code at which the preceding statement continues, for each statement."""
         self.heads: list[int] = []
-        self._entries: list[int] = []
-        """Place in the code to which jumps within its block lead, for each statement."""
+        self._entries: list[int] = []  # Place in the code to which jumps within its block lead, for each statement.
         self.code: list[int] = []
         self._last = -1, -1
         self._jumps: list[tuple[int, int]] = []

@@ -5,13 +5,10 @@ from collections.abc import Callable
 
 from axistwin.controllers.smartmotor.language.lexer import begins_list
 
-LONGEST = 64
-"""Largest number of characters in a command; a longer command is discarded."""
-LONGEST_LIST = 204
-"""Largest number of values in a list such as `ab[0] 1 2 3.`, which is the size of the array."""
+LONGEST = 64  # Largest number of characters in a command; a longer command is discarded.
+LONGEST_LIST = 204  # Largest number of values in a list such as `ab[0] 1 2 3.`, which is the size of the array.
 
-GLOBAL, LAST_ADDRESS = 0x80, 0x80 + 120
-"""Address bytes: that of all motors, and the last one."""
+GLOBAL, LAST_ADDRESS = 0x80, 0x80 + 120  # Address bytes: that of all motors, and the last one.
 SPACE, CR, QUOTE = ord(" "), ord("\r"), ord('"')
 TERMINATORS = (SPACE, CR, ord("\n"), 0)
 LIST_VALUE = re.compile(r"-?\d+\.?|\.", re.ASCII)

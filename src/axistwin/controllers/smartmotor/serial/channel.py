@@ -22,8 +22,7 @@ from axistwin.sim.pins import UserPin
 from axistwin.sim.serial import Uart
 
 FIFO = 16
-TRANSMITTER = 16
-"""Number of unsent characters above which a program waits at a PRINT."""
+TRANSMITTER = 16  # Number of unsent characters above which a program waits at a PRINT.
 
 STATUS_QUERY, POSITION, CLOCK, DIRECT_A, DIRECT_V, DIRECT_P = range(0xF9, 0xFF)
 RECORDS = {STATUS_QUERY: 5, POSITION: 6, CLOCK: 6, DIRECT_A: 5, DIRECT_V: 5, DIRECT_P: 5}
@@ -90,27 +89,22 @@ class Channel:
         self.motor, self.number, self.uart = motor, number, uart
         self.open = number == 0
         self.echoing = self.asleep = self.silent = False
-        self.addressed = True
-        """True if commands are for this motor; the latest address byte decides."""
-        self.received = False
-        """True if a character has been received since power-up."""
+        self.addressed = True  # True if commands are for this motor; the latest address byte decides.
+        self.received = False  # True if a character has been received since power-up.
         self.errors = ChannelError(0)
         self.fifo: deque[int] = deque()
         self.transfer: Transfer | None = None
         """The download or upload in progress, or None.  The transfer receives all characters of the channel."""
-        self.direction: UserPin | None = None
-        """The direction line of an RS-485 converter, pin G."""
+        self.direction: UserPin | None = None  # The direction line of an RS-485 converter, pin G.
         self._data_mode = False
         self._when_empty: Callable[[], None] | None = None
         self._words = Words(self._execute, self._refuse_long)
-        self._record = bytearray()
-        """The received bytes of an incomplete binary record."""
+        self._record = bytearray()  # The received bytes of an incomplete binary record.
         self._spoilt = False
         """True if a byte of the present binary record was received with an error, e.g. a wrong parity."""
         self._timeout_ns = 0
         """Time in ns after its first character within which a command must end; 0 for no time-out."""
-        self._begun_ns: int | None = None
-        """Time at which the incomplete command began, while there is a time-out."""
+        self._begun_ns: int | None = None  # Time at which the incomplete command began, while there is a time-out.
         uart.format = UartFormat()
         uart.on_receive, uart.on_idle = self.receive, self._idle
 

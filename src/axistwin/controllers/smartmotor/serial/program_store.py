@@ -17,8 +17,7 @@ ACKNOWLEDGE, END = 0x06, 0xFF
 END_OF_TEXT = bytes([END])
 UPLOAD_BLOCK = 8
 DECODED_AT_ONCE = 256
-GIVE_UP_NS = 5 * S
-"""Time without a character after which a download ends."""
+GIVE_UP_NS = 5 * S  # Time without a character after which a download ends.
 SECOND_END_NS = 50 * MS
 """Delay in ns of the answer to an FF at the end of a block; a second FF in this time ends the program."""
 
@@ -32,12 +31,9 @@ class Download:
 
         self.motor, self.channel = motor, channel
         self._decoder = Decoder()
-        self._size = 0
-        """Number of received bytes of the program."""
-        self._fresh = bytearray()
-        """Received bytes of the program that are not decoded yet."""
-        self._complete = False
-        """True after the byte FF, which ends the text of the program."""
+        self._size = 0  # Number of received bytes of the program.
+        self._fresh = bytearray()  # Received bytes of the program that are not decoded yet.
+        self._complete = False  # True after the byte FF, which ends the text of the program.
         self._count, self._last = 0, 0
         self._sound = True
         self._last_ns = motor.clock.now
