@@ -30,8 +30,7 @@ class SharedLine(NamedTuple):
 
     port: SerialPort
     motors: tuple[Controller, ...]
-    channel: str
-    """The connected channel of each motor: "serial" or "rs485"."""
+    channel: str  # The connected channel of each motor: "serial" or "rs485".
 
 
 class Bench:

@@ -19,8 +19,7 @@ from axistwin.units import MS
 class Host:
     """Interface of a simulated host, which sends and receives data."""
 
-    write: Callable[[bytes], None]
-    """Function that sends data as soon as possible."""
+    write: Callable[[bytes], None]  # Function that sends data as soon as possible.
     subscribe_received: Callable[[Callable[[bytes], None]], Callable[[], None]]
     """Function that subscribes to received data and returns an unsubscribe function."""
     _port: SerialPort | BusHost

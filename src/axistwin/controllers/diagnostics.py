@@ -26,20 +26,16 @@ class Rule(NamedTuple):
     """Code such as `DP101`: two letters for the family, one digit for the subject, two digits for the rule."""
     title: str
     severity: Severity
-    chapter: str
-    """Chapter of the manual, used if the command does not name a chapter."""
-    explanation: str
-    """The controller's reaction, and the remedy."""
+    chapter: str  # Chapter of the manual, used if the command does not name a chapter.
+    explanation: str  # The controller's reaction, and the remedy.
     example: str
-    suffix: str = ""
-    """File suffix of the example, if it is not the family's own."""
+    suffix: str = ""  # File suffix of the example, if it is not the family's own.
 
 
 class Sent(NamedTuple):
     """A byte that a host sends, with its position in the user's file."""
 
-    byte: int
-    """In the source of a stored program the code point of the character as typed, which may be above 255."""
+    byte: int  # In the source of a stored program the code point of the character as typed, which may be above 255.
     line: int
     column: int
     width: int = 1
@@ -79,8 +75,7 @@ class Diagnostic:
     chapter: str = ""
     code: str = ""
     end_line: int = 0
-    end_column: int = 0
-    """Column after the end of the wrong text; 0 if only its beginning is known."""
+    end_column: int = 0  # Column after the end of the wrong text; 0 if only its beginning is known.
     fix: Fix | None = field(default=None, compare=False)
 
     @property
@@ -137,12 +132,9 @@ class Session(NamedTuple):
     """Data that a host sends between power-on and power-off of the controller."""
 
     characters: tuple[Sent, ...]
-    initialised: bool = False
-    """True if the controller has been initialised before the first character."""
-    stored: bool = False
-    """True if the characters are a program stored in the controller, not data from a host."""
-    ended: bool = True
-    """False if the host may send more before power-off, as a user at a terminal may."""
+    initialised: bool = False  # True if the controller has been initialised before the first character.
+    stored: bool = False  # True if the characters are a program stored in the controller, not data from a host.
+    ended: bool = True  # False if the host may send more before power-off, as a user at a terminal may.
 
 
 Checker = Callable[[Sequence[Session]], list[Diagnostic]]

@@ -19,22 +19,17 @@ class Tone(Enum):
 
 @dataclass(frozen=True)
 class _Item:
-    label: str
-    """Letter or number of the item in the manual."""
-    name: str
-    """A short description of the item."""
-    source: str
-    """The name of a terminal or a register."""
+    label: str  # Letter or number of the item in the manual.
+    name: str  # A short description of the item.
+    source: str  # The name of a terminal or a register.
 
 
 @dataclass(frozen=True)
 class Lamp(_Item):
     """A lamp that indicates the level of a terminal or one bit of a register."""
 
-    bit: int | None = None
-    """Number of the bit in the register, from 0; None: any value but 0 lights the lamp."""
-    lit: bool = True
-    """The level at which the lamp is lit."""
+    bit: int | None = None  # Number of the bit in the register, from 0; None: any value but 0 lights the lamp.
+    lit: bool = True  # The level at which the lamp is lit.
     tone: Tone = Tone.PLAIN
     doc: str = ""
 
@@ -50,12 +45,10 @@ class Lamp(_Item):
 class Word(_Item):
     """A register whose values are shown as words."""
 
-    words: Mapping[Any, str] = field(default_factory=dict)
-    """Words by value; other values are shown as numbers."""
+    words: Mapping[Any, str] = field(default_factory=dict)  # Words by value; other values are shown as numbers.
     tones: Mapping[Any, Tone] = field(default_factory=dict)
     doc: str = ""
-    unpowered: str = ""
-    """Text that is shown while the power is off."""
+    unpowered: str = ""  # Text that is shown while the power is off.
 
     def shows(self, value: int | str | None) -> str:
         """Return the text for this value; None: no power."""
@@ -86,8 +79,7 @@ class Group:
     title: str
     chapter: str
     items: tuple[Item, ...]
-    row: bool = False
-    """True if the lamps are in one row, like the bits of a byte."""
+    row: bool = False  # True if the lamps are in one row, like the bits of a byte.
 
     @property
     def sources(self) -> Iterator[str]:

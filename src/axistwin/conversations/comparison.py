@@ -31,10 +31,8 @@ LINES = ("dtr", "rts")
 class Compared:
     """One compared action of the controller; times are relative to the host's last action, None if unknown."""
 
-    line: int
-    """Line number in the file; 0 for an action of the twin that is not in the file."""
-    after: str
-    """The host's last action before it, as a line of the conversation."""
+    line: int  # Line number in the file; 0 for an action of the twin that is not in the file.
+    after: str  # The host's last action before it, as a line of the conversation.
     expected: str
     got: str
     hardware_ns: int | None

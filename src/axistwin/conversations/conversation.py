@@ -44,8 +44,7 @@ class Conversation:
 
     acts: tuple[Act, ...]
     file: str = ""
-    codec: Codec = CHARACTERS
-    """Codec for the notation of data in this conversation."""
+    codec: Codec = CHARACTERS  # Codec for the notation of data in this conversation.
 
     @property
     def headers(self) -> dict[str, str]:

@@ -107,8 +107,7 @@ class Case:
     spot: Spot
     values: Mapping[str, Any]
     chance: Chance | None
-    lasts: bool
-    """True if the fault has a duration."""
+    lasts: bool  # True if the fault has a duration.
     over: Callable[[], None]
     others: Callable[[], Iterable[tuple[str, Mapping[str, Any]]]]
     """Returns the kinds and values of all other active faults on the same part of the bench."""

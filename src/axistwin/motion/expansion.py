@@ -25,10 +25,8 @@ BITS = 1 << 62  # Upper limit for integers in NumPy arrays.
 
 class _Segments(NamedTuple):
     pulses: "NDArray[np.int64]"
-    base_ns: "NDArray[np.int64]"
-    """Time of the first pulse of each segment in ns, rounded down."""
-    rest_ns: "NDArray[np.float64]"
-    """Fraction of a nanosecond that the rounding has removed, plus 1/(2b)."""
+    base_ns: "NDArray[np.int64]"  # Time of the first pulse of each segment in ns, rounded down.
+    rest_ns: "NDArray[np.float64]"  # Fraction of a nanosecond that the rounding has removed, plus 1/(2b).
     period_ns: "NDArray[np.float64]"
 
 

@@ -27,10 +27,8 @@ MOST_BLOCK = 1 << 16  # Largest number of pulses that are calculated one by one.
 class Segment(NamedTuple):
     """A part of a motion with constant velocity, i.e. with a constant pulse rate."""
 
-    rate: Fraction
-    """Pulse rate in pulses/s."""
-    seconds: Fraction | None
-    """Duration; None for a segment that never ends."""
+    rate: Fraction  # Pulse rate in pulses/s.
+    seconds: Fraction | None  # Duration; None for a segment that never ends.
 
 
 class Profile:

@@ -23,10 +23,8 @@ class JoystickInputs(NamedTuple):
     at_zero: str
     step: str
     direction: str
-    settle_ns: int = 4 * MS
-    """Time for which AT ZERO is active before and after a change of direction."""
-    usual: int = 5000
-    """Default rate at full deflection, in pulses per second."""
+    settle_ns: int = 4 * MS  # Time for which AT ZERO is active before and after a change of direction.
+    usual: int = 5000  # Default rate at full deflection, in pulses per second.
 
 
 class Joystick:

@@ -18,8 +18,7 @@ MOST_RATIO = 1_000_000  # Maximum number of counts per unit of the axis on which
 class Followed(Protocol):
     """Interface of an axis on which a master encoder can be mounted."""
 
-    on_motion: Signal[[]]
-    """Event: the axis begins to move, or changes its profile."""
+    on_motion: Signal[[]]  # Event: the axis begins to move, or changes its profile.
     on_replan: Signal[[]]
     """Event: positions that `positions_ahead` has returned for later times are no longer certain."""
 

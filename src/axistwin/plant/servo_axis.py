@@ -158,8 +158,7 @@ class EncoderView:
 class ServoAxis(Shaft):
     """Motor, load and encoder of a SmartMotor; ideal without a `motor`: the shaft follows exactly."""
 
-    unit: ClassVar[str] = "counts"
-    """Unit of positions."""
+    unit: ClassVar[str] = "counts"  # Unit of positions.
 
     def __init__(
         self, clock: Clock, name: str, *, motor: "ServoMotor | None" = None, load: "ServoLoad | None" = None,

@@ -100,8 +100,7 @@ class EncoderView:
 class StepperAxis(Shaft):
     """A stepper motor with load and encoder; without a `motor` it is ideal and never stalls."""
 
-    unit: ClassVar[str] = "pulses"
-    """Unit of positions."""
+    unit: ClassVar[str] = "pulses"  # Unit of positions.
 
     def __init__(
         self, clock: Clock, name: str, *, motor: StepperMotor | None = None, load: Load | None = None,

@@ -47,8 +47,7 @@ class Program:
     """A loaded program.  `perform(bench, until_ns)` runs the program; None: to its end."""
 
     perform: Callable[[Bench, int | None], Outcome]
-    options: tuple[str, ...] = ()
-    """Options of the model for this program."""
+    options: tuple[str, ...] = ()  # Options of the model for this program.
     prepare: Callable[[Bench], object] = lambda bench: None
     """Function that prepares the bench; it is called before observers are connected."""
 

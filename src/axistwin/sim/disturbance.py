@@ -35,8 +35,7 @@ class Disturbance:
     effect: Effect
     left: int | None = None
     strikes: Callable[[], bool] = always
-    on_over: Callable[[], None] = lambda: None
-    """Function that is called when the disturbance has finished."""
+    on_over: Callable[[], None] = lambda: None  # Function that is called when the disturbance has finished.
 
     @property
     def over(self) -> bool:

@@ -29,13 +29,10 @@ class _Held:
 class Pin:
     """A digital terminal of a device.  Each family defines what `level` means electrically."""
 
-    restless = False
-    """True if the pin changes so often that it must be read on demand, not observed."""
-    silent = False
-    """True if the pin does not report its changes to subscribers."""
+    restless = False  # True if the pin changes so often that it must be read on demand, not observed.
+    silent = False  # True if the pin does not report its changes to subscribers.
 
-    wired = False
-    """True if a wire or a switch is connected."""
+    wired = False  # True if a wire or a switch is connected.
 
     def __init__(self, clock: Clock, name: str, level: bool = False, *, output: bool = False) -> None:
         self.clock, self.name = clock, name

@@ -49,10 +49,8 @@ class Order(IntEnum):
 class Instruction(Command):
     """A command that consists of one character."""
 
-    order: Order = Order.ANY
-    """Within a message or a sequence step, a command with a lower value must come first."""
-    form: str = ""
-    """Syntax, if it cannot be derived from the parameters."""
+    order: Order = Order.ANY  # Within a message or a sequence step, a command with a lower value must come first.
+    form: str = ""  # Syntax, if it cannot be derived from the parameters.
 
     @property
     def syntax(self) -> str:
@@ -125,8 +123,7 @@ class Message:
     steps: list[Step] = field(default_factory=list)
     places: list[int] = field(default_factory=list)
     sequence: bool = False
-    start: bool = False
-    """True if the message ends in `$`."""
+    start: bool = False  # True if the message ends in `$`.
 
 
 def parse(text: str, commands: CommandSet) -> Message:

@@ -26,8 +26,7 @@ class Problem(NamedTuple):
     position: int
     message: str
     chapter: str
-    about: tuple[str, ...] = ()
-    """Names of the `Parameters` that conflict."""
+    about: tuple[str, ...] = ()  # Names of the `Parameters` that conflict.
     end: int = 0
     """Index after the last character of the problem; 0: the problem is the one character at `position`."""
 
@@ -39,8 +38,7 @@ class Step:
     Directions are +1 and -1.  A field that was not stated is None, False or empty.
     """
 
-    settings: dict[str, int] = field(default_factory=dict)
-    """New values of `Parameters`, by name."""
+    settings: dict[str, int] = field(default_factory=dict)  # New values of `Parameters`, by name.
     high: tuple[int, ...] = ()
     low: tuple[int, ...] = ()
     abort: bool = False

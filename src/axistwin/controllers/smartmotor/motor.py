@@ -60,8 +60,7 @@ class Fittings:
     user_pins: Mapping[str, UserPin]
     uarts: tuple[Uart, Uart]
     store: Store
-    machine: list[int]
-    """The integers of the physics that outlive the power (`servo.MACHINE`)."""
+    machine: list[int]  # The integers of the physics that outlive the power (`servo.MACHINE`).
 
 
 class Motor(Processor):

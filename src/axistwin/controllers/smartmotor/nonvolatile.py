@@ -15,12 +15,9 @@ ERASED = 0xFF
 class Nonvolatile:
     """The contents of program memory and data EEPROM."""
 
-    program: str = ""
-    """The text of the program as `image.strip` makes it."""
-    broken: bool = False
-    """True if a download was interrupted or damaged."""
-    locked: bool = False
-    """True if the command LOCKP has forbidden uploads of the program."""
+    program: str = ""  # The text of the program as `image.strip` makes it.
+    broken: bool = False  # True if a download was interrupted or damaged.
+    locked: bool = False  # True if the command LOCKP has forbidden uploads of the program.
     eeprom: bytearray = field(default_factory=bytearray)
     """The data EEPROM as far as it has been written to; the rest is erased."""
 

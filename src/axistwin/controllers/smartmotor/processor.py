@@ -39,12 +39,9 @@ class Control(Enum):
 class Reception:
     """Values that the motor has received for the next trajectory point in host mode (manual, section 10.1)."""
 
-    position: int | None = None
-    """A position without its clock value."""
-    clock: int | None = None
-    """The last point's clock value."""
-    delta: int | None = None
-    """The difference between the last two clock values."""
+    position: int | None = None  # A position without its clock value.
+    clock: int | None = None  # The last point's clock value.
+    delta: int | None = None  # The difference between the last two clock values.
 
 
 class StoredProgram(Protocol):

@@ -56,8 +56,7 @@ class Definitions:
     default: bool = False
     home: bool = False
     loop: set[int] = field(default_factory=set)
-    mode: Given | None = None
-    """Command that has entered the streaming mode; None in indexer mode."""
+    mode: Given | None = None  # Command that has entered the streaming mode; None in indexer mode.
     triggers: dict[int, int] = field(default_factory=dict)
 
 

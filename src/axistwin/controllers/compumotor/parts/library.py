@@ -108,13 +108,10 @@ class Motion:
 
     move: Move | None = None
     speed: Speed | None = None
-    end: int | None = None
-    """End position of a preset move, in the pulse generator's count."""
+    end: int | None = None  # End position of a preset move, in the pulse generator's count.
     begun: int = 0
-    sign: int = +1
-    """Direction of a preset move, which corrections do not change."""
-    stopped: bool = False
-    """True after a stop or kill: the remaining parts of the move are not performed."""
+    sign: int = +1  # Direction of a preset move, which corrections do not change.
+    stopped: bool = False  # True after a stop or kill: the remaining parts of the move are not performed.
     at_limit: bool = False
     streamed: bool = False
 

@@ -31,12 +31,9 @@ class _Cam:
     dwell: int | None = 0
     dwell_at: int = -1
     entries: set[int] = field(default_factory=set)
-    tabled: bool = True
-    """True if all entries of the table have constant indices."""
-    pending: int | None = None
-    """Number of the CI statement that waits for the zero point."""
-    stale: str = ""
-    """Name of the parameter, BASE or SIZE, that was assigned after the last MCn; "" for none."""
+    tabled: bool = True  # True if all entries of the table have constant indices.
+    pending: int | None = None  # Number of the CI statement that waits for the zero point.
+    stale: str = ""  # Name of the parameter, BASE or SIZE, that was assigned after the last MCn; "" for none.
 
     def follow(self) -> None:
         for number, (keyword, statement) in enumerate(zip(self.findings.words, self.findings.statements, strict=True)):

@@ -40,20 +40,13 @@ Follower = Callable[[Sequence[int], Sequence[int], Sequence[int]], None]
 class Phase(Enum):
     """State of the simulation of one motor, e.g. `ASLEEP` while the motor rests."""
 
-    BETWEEN = auto()
-    """No block is computed or planned."""
-    PLANNED = auto()
-    """The next block will be computed at the end of this nanosecond."""
-    AHEAD = auto()
-    """A block is computed ahead."""
-    WAITING = auto()
-    """The motor rests until a WAIT of the program ends."""
-    ASLEEP = auto()
-    """The motor rests until its state is changed."""
-    ACTING = auto()
-    """The event at which a block has ended is being handled."""
-    STOPPED = auto()
-    """No more samples are computed, because the motor is about to be switched on again."""
+    BETWEEN = auto()  # No block is computed or planned.
+    PLANNED = auto()  # The next block will be computed at the end of this nanosecond.
+    AHEAD = auto()  # A block is computed ahead.
+    WAITING = auto()  # The motor rests until a WAIT of the program ends.
+    ASLEEP = auto()  # The motor rests until its state is changed.
+    ACTING = auto()  # The event at which a block has ended is being handled.
+    STOPPED = auto()  # No more samples are computed, because the motor is about to be switched on again.
 
 
 class _Block(NamedTuple):

@@ -47,8 +47,7 @@ class Problem(NamedTuple):
     message: str
     chapter: str = CHAPTER
     rule: Rule = rules.EXPRESSION
-    end: int = 0
-    """The index after the wrong part; 0: the end of the statement."""
+    end: int = 0  # The index after the wrong part; 0: the end of the statement.
 
 
 class Malformed(Exception):  # noqa: N818  # internal: `read` catches this error
@@ -77,8 +76,7 @@ class Computed:
     fetches: "tuple[Callable[[Processor], int], ...]" = ()
     """Functions that fetch the external values for the hidden variables, in the order of the text."""
     indices: tuple[Index, ...] = ()
-    names: tuple[str, ...] = ()
-    """The names of the variables, in the order of the text."""
+    names: tuple[str, ...] = ()  # The names of the variables, in the order of the text.
     taken: tuple[str, ...] = ()
     """Pins whose level the expression assigns to a variable (manual, section 5.1, note 2)."""
 

@@ -36,10 +36,8 @@ class Instruction(Command):
     """A command; `code` is its keyword with the characters that must follow: `G`, `A=` or `GOSUBn`."""
 
     form: Form = Form.BARE
-    written: str = ""
-    """Syntax of the command, if it cannot be derived from form and parameters."""
-    instead: str = ""
-    """Replacement for a command that has been removed in 4.76."""
+    written: str = ""  # Syntax of the command, if it cannot be derived from form and parameters.
+    instead: str = ""  # Replacement for a command that has been removed in 4.76.
 
     @property
     def syntax(self) -> str:

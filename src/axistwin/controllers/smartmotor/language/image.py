@@ -62,10 +62,8 @@ def _sum(text: str) -> int:
 class _Block:
     word: str
     place: int
-    waiting: int | None
-    """Place of the word that will jump to the next branch; None if there is no such word."""
-    leaving: list[int] = field(default_factory=list)
-    """Places of the words that jump to the end of the block."""
+    waiting: int | None  # Place of the word that will jump to the next branch; None if there is no such word.
+    leaving: list[int] = field(default_factory=list)  # Places of the words that jump to the end of the block.
 
 
 def encode(text: str) -> bytes:

@@ -59,11 +59,9 @@ class Program:
     text: str
     code: Sequence[int]
     statements: tuple[Statement, ...]
-    labels: Mapping[int, int]
-    """The index in `code` of each label; of a repeated label, the first index."""
+    labels: Mapping[int, int]  # The index in `code` of each label; of a repeated label, the first index.
     places: tuple[Place, ...]
-    begins: tuple[int, ...]
-    """The index in `code` of each statement."""
+    begins: tuple[int, ...]  # The index in `code` of each statement.
     heads: tuple[int, ...] = ()
     """Indices in `code` of the operations that take a sample, in ascending order.
 
