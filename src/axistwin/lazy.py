@@ -1,4 +1,4 @@
-"""What is imported only when it is first used: the modules of a package, and NumPy."""
+"""What is imported only when it is first used: the modules of a package, NumPy and pyarrow."""
 
 from collections.abc import Callable
 from importlib import import_module
@@ -6,9 +6,12 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     import numpy as np
+    import pyarrow as pa
+    import pyarrow.compute as pc
+    import pyarrow.parquet as pq
     from numpy.typing import NDArray
 
-__all__ = ["NDArray", "lazy", "np"]
+__all__ = ["NDArray", "lazy", "np", "pa", "pc", "pq"]
 
 
 class _Module:
@@ -23,6 +26,7 @@ class _Module:
 
 if not TYPE_CHECKING:
     np, NDArray = _Module("numpy"), Any
+    pa, pc, pq = _Module("pyarrow"), _Module("pyarrow.compute"), _Module("pyarrow.parquet")
 
 
 def lazy(package: str, **names: str) -> Callable[[str], Any]:

@@ -21,7 +21,7 @@ import termios
 import tty
 from pathlib import Path
 
-from axistwin.errors import LinkError
+from axistwin.errors import LinkError, reason
 from axistwin.links.plug import Plug
 from axistwin.links.urls import PortUrl
 from axistwin.links.writer import Writer
@@ -88,8 +88,7 @@ class PtyPort:
             ) from None
         except OSError as error:
             self._close_files()
-            reason = (error.strerror or str(error)).lower()
-            raise LinkError(f"cannot create {self.url}: {reason}; choose another path") from None
+            raise LinkError(f"cannot create {self.url}: {reason(error)}; choose another path") from None
 
     def close(self) -> None:
         """Close the pseudo terminal, and remove the symbolic link."""

@@ -16,7 +16,7 @@ from dataclasses import replace
 from logging import getLogger
 from typing import Any, Protocol, cast
 
-from axistwin.errors import LinkError
+from axistwin.errors import LinkError, reason
 from axistwin.links.plug import CHUNK
 from axistwin.links.urls import PortUrl
 from axistwin.sim.frames import LineError
@@ -248,9 +248,8 @@ async def listen(url: PortUrl, make: Callable[[], Connection]) -> TcpPort:
     try:
         sock = _listening_socket(*await resolved(url))
     except OSError as error:
-        reason = (error.strerror or str(error)).lower()
         raise LinkError(
-            f"cannot listen on {url}: {reason}; choose another address, or port 0 for any free port"
+            f"cannot listen on {url}: {reason(error)}; choose another address, or port 0 for any free port"
         ) from None
     server = await loop.create_server(make, sock=sock)
     host, port, *_ = sock.getsockname()

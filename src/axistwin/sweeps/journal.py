@@ -10,15 +10,13 @@ from hashlib import sha256
 from pathlib import Path
 from shutil import rmtree
 from time import monotonic
-from typing import TYPE_CHECKING, Any, Self
+from typing import Any, Self
 
 from axistwin.errors import TraceError, UsageError, reason
+from axistwin.lazy import pa, pq
 from axistwin.storage import Lock, write_error, write_whole
 from axistwin.sweeps.job import APART, Row
 from axistwin.traces.parquet import require_pyarrow
-
-if TYPE_CHECKING:
-    import pyarrow as pa
 
 PLAN, SUM = b"axistwin.sweep", b"axistwin.sum"
 """Metadata keys under which a Parquet file stores the plan of its sweep, and its check sum."""
@@ -107,7 +105,6 @@ class Journal:
         """Join the part files to one Parquet file that is sorted by run number."""
         if self.complete:
             return
-        import pyarrow as pa
 
         self.flush()
         parts = [part for _, part in self.tables()] or [table([], self._types, self.plan)]
@@ -117,8 +114,6 @@ class Journal:
 
 def table(rows: Sequence[Row], types: Mapping[str, str], plan: Plan) -> "pa.Table":
     """Convert the results of runs to a table.  `types` contains the name and the type of each column."""
-    import pyarrow as pa
-
     kinds = {
         "number": pa.float64(), "whole": pa.int64(), "truth": pa.bool_(), "text": pa.string(),
         "numbers": pa.list_(pa.float64()),
@@ -148,9 +143,6 @@ def kind_of(values: Sequence[Any]) -> str:
 
 def _write(found: "pa.Table", path: Path) -> None:
     """Write a table with its check sum.  Raises AxistwinError; the file is then unchanged."""
-    import pyarrow as pa
-    import pyarrow.parquet as pq
-
     about = {**(found.schema.metadata or {}), SUM: MARK + b"0" * DIGITS}
     encoded = pa.BufferOutputStream()
     pq.write_table(found.replace_schema_metadata(about), encoded, compression="zstd")
@@ -165,9 +157,6 @@ def _write(found: "pa.Table", path: Path) -> None:
 
 def _load(path: Path) -> "pa.Table":
     """Read a table.  Raises TraceError for a file without results, and UsageError for a damaged one."""
-    import pyarrow as pa
-    import pyarrow.parquet as pq
-
     try:
         data = path.read_bytes() if path.is_file() else b""
     except OSError as error:
@@ -214,9 +203,6 @@ def _tables(parts: Path) -> "Iterator[tuple[Path, pa.Table]]":
 
 def is_sweep(path: Path) -> bool:
     """True if the file contains the results of a sweep."""
-    import pyarrow as pa
-    import pyarrow.parquet as pq
-
     try:
         return PLAN in (pq.read_schema(path).metadata or {})
     except (pa.ArrowException, OSError, ValueError):
@@ -230,7 +216,6 @@ def read(path: Path) -> "pa.Table":
     results of a sweep.
     """
     require_pyarrow()
-    import pyarrow as pa
 
     if path.exists():
         return _load(path)

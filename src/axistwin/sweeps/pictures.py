@@ -12,11 +12,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from axistwin.errors import TraceError
+from axistwin.lazy import pa
 from axistwin.plots.picture import ALARM, COLOURS, GREY, INK, check_suffix, write_figure
 from axistwin.sweeps import sensitivity
 
 if TYPE_CHECKING:
-    import pyarrow as pa
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 

@@ -4,14 +4,12 @@ The first-order index is the share of a path alone.  The total index includes it
 """
 
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from axistwin.errors import UsageError, require
-
-if TYPE_CHECKING:
-    import pyarrow as pa
+from axistwin.lazy import pa
 
 DESIGN = "saltelli"
 """Design that a sweep must have for Sobol indices."""

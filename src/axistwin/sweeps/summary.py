@@ -2,15 +2,13 @@
 
 from collections import Counter, defaultdict
 from collections.abc import Iterator, Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
+from axistwin.lazy import pa
 from axistwin.sweeps import sensitivity
 from axistwin.sweeps.journal import digest
-
-if TYPE_CHECKING:
-    import pyarrow as pa
 
 WORST = 3
 """Number of runs that are listed for each claim, worst first."""

@@ -16,9 +16,10 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import TYPE_CHECKING, Any, Self
+from typing import Any, Self
 
 from axistwin.errors import UsageError, reason
+from axistwin.lazy import pa
 from axistwin.scenes.scene import Scene
 from axistwin.storage import write_whole
 from axistwin.sweeps import journal, searching
@@ -30,9 +31,6 @@ from axistwin.sweeps.sentences import measure
 from axistwin.sweeps.values import Value, Values, read_values
 from axistwin.sweeps.workers import LIMIT_S, Engine, ThisProcess, Workers, compile_servos
 from axistwin.version import VERSION
-
-if TYPE_CHECKING:
-    import pyarrow as pa
 
 KEPT = 20
 """Largest number of failing runs for which a scene is saved."""

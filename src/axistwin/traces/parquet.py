@@ -12,18 +12,15 @@ import io
 import json
 from collections.abc import Sequence
 from functools import lru_cache
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from axistwin.bench.codec import CHARACTERS
 from axistwin.errors import require
-from axistwin.lazy import NDArray, np
+from axistwin.lazy import NDArray, np, pa, pq
 from axistwin.traces.batch import Batch, ChangeQueue, Value, merged
 from axistwin.traces.files import units
 from axistwin.traces.output import Output, Provenance
 from axistwin.traces.signals import REAL, TEXT, Signal
-
-if TYPE_CHECKING:
-    import pyarrow as pa
 
 MAGIC = b"PAR1"
 TAIL = 8
@@ -56,8 +53,6 @@ class ParquetSink:
     def __init__(
         self, output: Output, signals: Sequence[Signal], first: Sequence[Value], now_ns: int, provenance: Provenance
     ) -> None:
-        import pyarrow as pa
-
         self._output, self._signals = output, signals
         self._names = pa.array([*(signal.full for signal in signals), END], pa.string())
         kinds = {signal.full: signal.kind for signal in signals}
@@ -101,8 +96,6 @@ class ParquetSink:
 
     def flush(self) -> None:
         """Write the present group, and a table of contents for the whole file."""
-        import pyarrow as pa
-
         if not self._new:
             return
         self._new = False
@@ -123,8 +116,6 @@ class ParquetSink:
         return min(MOST, GROUP << self._groups // GROWS_AFTER)
 
     def _table(self, batch: Batch) -> "pa.Table":
-        import pyarrow as pa
-
         signals, values = batch.signals, batch.values
         kinds = np.array([*(KINDS.get(signal.kind, INTEGER) for signal in self._signals), NONE], np.int8)[signals]
         columns = [
@@ -137,8 +128,6 @@ class ParquetSink:
         return pa.table(columns, self._schema())
 
     def _schema(self) -> "pa.Schema":
-        import pyarrow as pa
-
         signal = pa.dictionary(pa.int32(), pa.string())
         columns = {
             "time_ns": pa.int64(),
@@ -150,9 +139,6 @@ class ParquetSink:
         return pa.schema(list(columns.items()), metadata=self._about)
 
     def _encoded(self, table: "pa.Table") -> tuple[bytes, Any]:
-        import pyarrow as pa
-        import pyarrow.parquet as pq
-
         tail = _Tail()
         file = pa.PythonFile(tail, mode="w")
         writer = pq.ParquetWriter(file, table.schema, **OPTIONS)
@@ -195,8 +181,6 @@ def _footer(contents: Any) -> bytes:
 
 
 def _texts(values: "NDArray[np.int64]", wanted: "NDArray[np.bool_]", known: Sequence[bytes]) -> "pa.Array":
-    import pyarrow as pa
-
     if not wanted.any():
         return pa.nulls(len(values), pa.string())
     words = pa.array([_shown(text) for text in known], pa.string())

@@ -10,7 +10,7 @@ from typing import Any
 
 from axistwin.bench.codec import CHARACTERS
 from axistwin.errors import ProgramError, TraceError, UsageError
-from axistwin.lazy import NDArray, np
+from axistwin.lazy import NDArray, np, pa, pc, pq
 from axistwin.numbers import NumberError, clipped, real, shortened, whole
 from axistwin.traces.files import ALL_BITS
 from axistwin.traces.signals import COUNT, LEVEL, REAL, STEP, TEXT, choose
@@ -270,8 +270,6 @@ def _parquet(path: Path) -> Trace:
     from axistwin.traces.parquet import SIGNALS, UNITS, require_pyarrow
 
     require_pyarrow()
-    import pyarrow as pa
-    import pyarrow.compute as pc
 
     table = _parquet_table(path)
     about = {key.decode(): value.decode() for key, value in (table.schema.metadata or {}).items()}
@@ -290,9 +288,6 @@ def _parquet(path: Path) -> Trace:
 
 
 def _parquet_table(path: Path) -> Any:
-    import pyarrow as pa
-    import pyarrow.parquet as pq
-
     with path.open("rb"):  # Opening a trace file raises OSError if the file cannot be read.
         pass
     try:
@@ -315,8 +310,6 @@ def _parquet_table(path: Path) -> Any:
 
 
 def _values_type(kind: Any) -> Any:
-    import pyarrow as pa
-
     return kind.value_type if pa.types.is_dictionary(kind) else kind
 
 
