@@ -33,7 +33,6 @@ def raised(what):
 
 
 def broken_bench():
-    """Return a bench that raises an unexpected error at 0 s."""
     bench = Bench()
     bench.clock.call_later(0, lambda: {}["defect"])
     return bench

@@ -35,13 +35,11 @@ def hardware(url="tcp://127.0.0.1:0", **options):
 
 @contextmanager
 def recorder(*arguments):
-    """Start the recorder; yield it and its port for a host."""
     with serving(*arguments, command="record") as (program, [(_, url)]):
         yield program, url
 
 
 def line(host, text):
-    """Send data, and receive a line."""
     host.sendall(text)
     answer = b""
     while not answer.endswith(b"\r") and (more := host.recv(1)):

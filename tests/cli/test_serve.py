@@ -20,13 +20,11 @@ from ..command import AT_ONCE, PATIENCE_S, ended, refused, run, serving
 
 
 def positions(trace):
-    """Return the positions of the axis X in a trace."""
     rows = [row.split(",") for row in trace.read_text().splitlines()]
     return [int(value) for _, signal, value in (row for row in rows if len(row) == 3) if signal == "if1.X.pulses"]
 
 
 def talk(url, *texts):
-    """Send texts over TCP and return what the client receives."""
     answers = []
     with socket.create_connection((url.host, url.port), timeout=PATIENCE_S) as connection:
         for text in texts:

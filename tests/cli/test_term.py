@@ -209,8 +209,6 @@ EDITING = "\x1b[?2004h"
 
 
 class Person:
-    """A user at a terminal, simulated by a pty."""
-
     def __init__(self, *arguments: str, **more: str) -> None:
         self.master, slave = pty.openpty()
         termios.tcsetwinsize(slave, (40, 120))
@@ -273,8 +271,6 @@ def test_a_person_at_a_terminal_who_interrupts(person: Callable[..., Person]):
 
 
 def shown(*heard: bytes, person: bool = False) -> str:
-    """Return the text on a screen after these data."""
-
     async def show() -> None:
         screen = Screen(out, person=person, colours=False)
         screen.prompt()

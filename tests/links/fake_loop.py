@@ -2,8 +2,6 @@
 
 
 class Handle:
-    """A scheduled callback of a loop."""
-
     def __init__(self, at_s, action):
         self.at_s, self.action, self.cancelled = at_s, action, False
 
@@ -28,7 +26,6 @@ class Loop:
         return self.call_at(self.now_s, action)
 
     def run_to(self, end_s):
-        """Execute all callbacks due by `end_s`, each at its time."""
         while due := [handle for handle in self.handles if not handle.cancelled and handle.at_s <= end_s]:
             handle = min(due, key=lambda handle: handle.at_s)
             self.handles.remove(handle)

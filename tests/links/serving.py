@@ -42,8 +42,6 @@ class Served:
         assert self.problems == []
 
     def do(self, action: Callable[[], Any]) -> Any:
-        """Call a function in the bench's thread, and return its result."""
-
         async def act() -> Any:
             return action()
 
@@ -54,8 +52,6 @@ class Served:
         self._loop.call_soon_threadsafe(action)
 
     def act(self, action: Callable[[], object]) -> None:
-        """Perform an action on a controller, and all events that it causes."""
-
         def act() -> None:
             action()
             self.server.pacer.work()
@@ -72,15 +68,12 @@ class Served:
         return self.do(act)
 
     def add_board(self, **options: Any) -> Controller:
-        """Add an 1811 to the bench, just switched on."""
         return self.do(lambda: self.bench.add("1811", **options))
 
     def open(self, controller: Controller, url: str = "tcp://127.0.0.1:0") -> PortUrl:
-        """Open a port to a controller."""
         return self.open_name(controller.name, url)
 
     def open_name(self, name: str, url: str = "tcp://127.0.0.1:0") -> PortUrl:
-        """Open a port to the endpoint of this name."""
         opening = self.server.open(name, parse(url))
         return asyncio.run_coroutine_threadsafe(opening, self._loop).result(HOST_TIMEOUT_S)
 
@@ -99,7 +92,6 @@ class Served:
 
 
 def initialise(bench: Bench, controller: Controller) -> Controller:
-    """Initialise an IF1 before the ports are opened."""
     bench.run(1.1)
     controller.serial.write(b"(")
     bench.run(0.1)
@@ -110,18 +102,15 @@ def initialise(bench: Bench, controller: Controller) -> Controller:
 
 
 def dial(url: PortUrl) -> socket.socket:
-    """Return a connection to a TCP port."""
     return socket.create_connection((url.host, url.port), timeout=HOST_TIMEOUT_S)
 
 
 def ask(connection: socket.socket, text: bytes = b"E\r", answer: bytes = b"C\r") -> bytes:
-    """Send data, and receive as many bytes as are expected."""
     connection.sendall(text)
     return receive(connection, len(answer))
 
 
 def receive(connection: socket.socket, count: int) -> bytes:
-    """Return this number of received characters, or fewer if the connection ends."""
     data = b""
     while len(data) < count and (more := connection.recv(count - len(data))):
         data += more

@@ -43,7 +43,6 @@ class Host:
         return self.line()
 
     def wait(self, bit):
-        """Read the status byte until a bit is set."""
         for _ in range(100_000):
             if int(self.ask("r 1"), 16) & bit:
                 return
@@ -63,12 +62,10 @@ class Host:
 
 @pytest.fixture
 def port(served):
-    """Return a port of an 1811."""
     return served.open(served.add_board(), "bus://:0")
 
 
 def hold_little(transport):
-    """Make the system's send buffers small."""
     transport.get_extra_info("socket").setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, 4096)
 
 

@@ -29,7 +29,6 @@ def port():
 
 
 def say(port, data):
-    """Return the events for the client's bytes, and the answers."""
     return port.receive(data), port.take_replies()
 
 

@@ -25,8 +25,6 @@ FAST = UartFormat(19200, 8, "N", 1)
 
 
 class Client:
-    """A client without a transport."""
-
     def __init__(self, name="me", flow=None):
         self.name, self.flow = name, flow
         self.heard, self.reading = b"", True

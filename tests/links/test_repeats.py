@@ -77,7 +77,6 @@ class Session:
             self.kept.append(((self.noted.bench.now, self.pacer.passes), act))
 
     def take(self, what, value):
-        """Perform one step of a session."""
         host = self.port.host
         match what:
             case "wait":

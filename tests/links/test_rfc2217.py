@@ -16,7 +16,6 @@ USUAL = {"baudrate": 9600, "bytesize": 8, "parity": "N", "stopbits": 2}
 
 @pytest.fixture
 def if1(served):
-    """Return an IF1 that waits for its baud rate after power-up."""
     return served.add(initialised=False)
 
 
@@ -91,8 +90,6 @@ def test_serialx_negotiates_format_lines_and_break(served, if1, url):
 
 
 class Host:
-    """A client that sends any bytes."""
-
     def __init__(self, url):
         self.connection = dial(url)
         self.connection.sendall(WILL + COM_PORT)

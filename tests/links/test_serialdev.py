@@ -89,8 +89,6 @@ def test_a_format_that_the_device_cannot_do_is_told(served, cable, monkeypatch, 
 
 
 class Adapter:
-    """The control lines of a serial adapter."""
-
     dtr = rts = dsr = cts = False
 
 

@@ -87,8 +87,6 @@ class Serial:
 
 
 class Plug:
-    """A plug that records what is sent."""
-
     name, chunk, full, client = "if1", 64, False, None
     refuses_because = property(lambda self: self.gate.reason)
 

@@ -16,7 +16,6 @@ from .serving import Served, ask, dial, receive
 
 @pytest.fixture
 def port(served):
-    """Return a port of an initialised IF1."""
     return served.open(served.add())
 
 

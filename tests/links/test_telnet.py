@@ -29,7 +29,6 @@ PIECES = st.lists(
 
 
 def joined(items):
-    """Join neighbouring data items."""
     result = []
     for item in items:
         if isinstance(item, bytes) and result and isinstance(result[-1], bytes):

@@ -23,7 +23,6 @@ def no_collection(request, monkeypatch):
 
 @pytest.fixture
 def written(monkeypatch):
-    """Return the list of the texts that the tutor prints."""
     found = []
 
     def text(self, said, original=Asides.text):

@@ -42,12 +42,10 @@ class Visit:
                 self._refresh()
 
     async def reload(self):
-        """Open the page again, as the same user, and draw a frame."""
         await self.user.open("/")
         self.frame()
 
     def run(self, seconds):
-        """Run the bench for some virtual time, and draw a frame."""
         self.bench.run(seconds)
         self.frame()
 
@@ -57,17 +55,14 @@ class Visit:
         return element
 
     def press(self, mark):
-        """Click, and draw a frame."""
         self.user.find(marker=mark).click()
         self.frame()
 
     def trigger(self, mark, event, arguments=None):
-        """Send an event to an element, and draw a frame."""
         self.user.find(marker=mark).trigger(event, arguments)
         self.frame()
 
     def choose(self, mark, value):
-        """Set the value of a field, and draw a frame."""
         with self.user.client:
             self.found(mark).value = value
 
@@ -93,7 +88,6 @@ class Visit:
 
     @property
     def messages(self):
-        """Return the notifications that have been shown."""
         return self.user.notify.messages
 
 
@@ -119,7 +113,6 @@ class Stage:
         return self._runner.run(self._played(played))
 
     def close(self):
-        """End NiceGUI and its event loop."""
         if self._runner is not None:
             self._runner.run(self._ending.aclose())
             self._runner.close()
@@ -179,7 +172,6 @@ def shown(view, *names, build=None, after=0, **options):
 
 
 def driver_of(build):
-    """Return the context of a driver with a session of a bench that `build()` returns."""
     people = People()
     return Context(Common(Session(build, None)), people, people["somebody"])
 

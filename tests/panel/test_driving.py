@@ -18,7 +18,6 @@ def state(visit):
 
 
 def type_into(visit, mark, text):
-    """Type a text and Enter."""
     visit.choose(mark, text)
     visit.trigger(mark, "keydown.enter")
 

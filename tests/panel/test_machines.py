@@ -15,7 +15,6 @@ slide = shown(machines, "if1", X=SLIDE)
 
 
 def go(axis, pulses, rate=1000):
-    """Start a move by a number of pulses now."""
     axis.start(Profile([Segment(Fraction(rate), Fraction(abs(pulses), rate))]), 1 if pulses > 0 else -1)
 
 

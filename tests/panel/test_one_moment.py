@@ -26,7 +26,6 @@ NAMES = {"if1": "if1", "smartmotor": "motor", "1811": "board"}
 
 
 def at_work(model):
-    """Return a bench with a controller that moves, and a recorder of its signals."""
     bench = Bench()
     controller = bench.add(model, NAMES[model])
     bench.run(1.6)

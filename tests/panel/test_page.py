@@ -21,13 +21,11 @@ def whole(context):
 
 
 def said(visit, name):
-    """Return the data that the host of a controller has sent."""
     events = visit.context.common(Talk).since(name, 0)[1]
     return b"".join(event.data for event in events if isinstance(event, Sent))
 
 
 def type_into(visit, mark, text):
-    """Type a text and Enter."""
     visit.choose(mark, text)
     visit.trigger(mark, "keydown.enter")
 

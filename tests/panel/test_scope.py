@@ -24,7 +24,6 @@ SIGNALS = ("if1.input1", "if1.X.pulses", "if1.X.velocity", "if1.controller_says"
 
 @pytest.fixture
 def bench():
-    """Return a bench with an initialised IF1."""
     bench = Bench()
     if1 = bench.add("if1")
     bench.run(1.5)
@@ -49,7 +48,6 @@ def screen(recorder):
 
 
 def pulse(bench, seconds=0.01):
-    """Send a pulse to input 1."""
     bench["if1"].pins["input1"].drive(True)
     bench.run(seconds)
     bench["if1"].pins["input1"].drive(False)

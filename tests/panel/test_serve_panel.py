@@ -30,7 +30,6 @@ PANEL = re.compile(r"panel on (http://\S+)\n")
 
 @contextmanager
 def started(*words):
-    """Start `axistwin serve`; yield the process and the URL of its panel."""
     with running("serve", *words) as program:
         line = program.stdout.readline()
         assert PANEL.fullmatch(line), line + program.stderr.read()
@@ -38,7 +37,6 @@ def started(*words):
 
 
 def get(address, **headers):
-    """Request a URL; return status, headers and text of the answer."""
     place = urlsplit(address)
     connection = http.client.HTTPConnection(place.hostname, place.port, timeout=PATIENCE_S)
     try:

@@ -20,12 +20,10 @@ def at(context):
 
 
 def top(visit):
-    """Return all values in the drawing from above."""
     return visit.found("table if2").drawing.shown
 
 
 def go(visit, **pulses):
-    """Move axes at the same time by numbers of pulses, and draw a frame."""
     for axis, number in pulses.items():
         profile = Profile([Segment(Fraction(1000), Fraction(abs(number), 1000))])
         visit.bench["if2"].axes[axis].start(profile, 1 if number > 0 else -1)
@@ -33,7 +31,6 @@ def go(visit, **pulses):
 
 
 def pixels(shown, part):
-    """Return the position of a part in pixels, to the right and down."""
     return [float(word.strip(" px)")) for word in shown[part, "move"].partition("(")[2].split(",")]
 
 

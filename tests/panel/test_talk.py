@@ -16,7 +16,6 @@ def bench_with(model, **options):
 
 
 def printed(bench, talk, name):
-    """Return the lines on a terminal that is opened now."""
     printer = Printer(endpoints.codec_at(bench, name), endpoints.at_a_bus(bench, name))
     return COLOURS.sub("", printer.text(talk.since(name, 0)[1])).split("\r\n")[1:]
 

@@ -40,7 +40,6 @@ def text(visit, mark):
 
 
 def seen(visit, mark):
-    """Return True if the element is visible."""
     try:
         return visit.found(mark).visible
     except AssertionError:
@@ -48,7 +47,6 @@ def seen(visit, mark):
 
 
 async def arrived(visit, seconds):
-    """Wait until a move to this time has ended."""
     session = visit.context.session
     await visit.until(lambda: session.seconds >= seconds and not visit.context.actions.busy)
 

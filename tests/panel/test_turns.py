@@ -17,7 +17,6 @@ from .showing import bench_of, show
 
 @pytest.fixture
 def clock(monkeypatch):
-    """Return a clock that advances by a millisecond at each read."""
     now = [0.0]
 
     def read():

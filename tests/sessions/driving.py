@@ -38,7 +38,6 @@ class Loop(asyncio.SelectorEventLoop):
 
 
 def drive(doing: Coroutine[Any, Any, Any]) -> Any:
-    """Run a coroutine in a `Loop`."""
     with asyncio.Runner(loop_factory=Loop) as runner:
         return runner.run(doing)
 
@@ -71,14 +70,12 @@ class Traced:
         return self.directory / f"{self._count}.csv"
 
     def rows(self) -> list[str]:
-        """End the trace of the present bench, and return its rows."""
         assert self._tracing is not None
         self._tracing.__exit__(None, None, None)
         return rows(self._path)
 
 
 def rows(path: Path) -> list[str]:
-    """Return the rows of a trace without comments."""
     return [line for line in path.read_text().splitlines() if not line.startswith("#")]
 
 
@@ -103,7 +100,6 @@ Step = Callable[[Session], Awaitable[None]]
 
 
 async def do_all(session: Session, steps: list[Step]) -> None:
-    """Perform the steps in order, and pause the session."""
     for step in steps:
         await step(session)
     session.pause()

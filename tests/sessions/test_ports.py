@@ -16,7 +16,6 @@ board = bench_of("1811")
 
 
 async def connected(session, name, scheme="tcp", **serving):
-    """Return a client at a new port."""
     url = await session.serve(**serving).open(name, parse(f"{scheme}://127.0.0.1:0"))
     host, _, port = url.address.rpartition(":")
     return await asyncio.open_connection(host, int(port))

@@ -78,7 +78,6 @@ async def wait(seconds: float, session: Session) -> None:
 
 
 async def hurry(turns: int, session: Session) -> None:
-    """Run at full speed for a number of turns of the loop."""
     before, session.speed = session.speed, None
     session.run()
     for _ in range(turns):
@@ -108,7 +107,6 @@ async def speed(times: float, session: Session) -> None:
 
 
 async def by_a_host(name: str, data: bytes, session: Session) -> None:
-    """Perform an act as a client of a port."""
     session.pacer.sync()
     if name in session.bench.ports:
         session.input.serial(name).write(data)
@@ -139,7 +137,6 @@ def steps(names: tuple[str, ...]):
 
 
 async def ready(names: tuple[str, ...], session: Session) -> None:
-    """Initialise the controllers that need it."""
     session.speed = 100.0
     await wait(0.015, session)
     if "if1" in names:

@@ -55,7 +55,6 @@ class Device:
 
 
 def perform(port, act):
-    """Perform an act at a recorded port, or at registers."""
     match act:
         case Write(data):
             port.write(data)

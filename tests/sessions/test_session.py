@@ -26,7 +26,6 @@ motor = bench_of("smartmotor motor")
 
 
 async def ready() -> Session:
-    """Return a session with an initialised IF1."""
     session = Session(if1, 1.0)
     session.run()
     await asyncio.sleep(1.5)

@@ -45,7 +45,6 @@ def character(start_ns, fmt, byte, *, flipped=0, own=False):
 
 
 def held(start_ns, duration_ns, *, own=False):
-    """Return a signal that is space for a duration."""
     return Sent(start_ns, (False,), Fraction(duration_ns), own)
 
 
@@ -82,7 +81,6 @@ def receive(sent, fmt, cut_ns=None, *, resynchronises=False):
 
 
 def decode(levels, fmt):
-    """Return the character and its line errors."""
     bits = levels[1 : 1 + fmt.bytesize]
     errors, ones = LineError.NONE, sum(bits)
     right = {"E": ones % 2 == 1, "O": ones % 2 == 0, "M": True, "S": False}

@@ -24,8 +24,6 @@ TIMES = st.integers(0, 20_000_000)
 
 
 class Receiver:
-    """A receiver that records its characters and their times."""
-
     def __init__(self, clock, fmt):
         self.clock, self.found = clock, []
         self.uart = Uart(clock, fmt, on_receive=lambda byte, errors: self.found.append((clock.now, byte, errors)))
@@ -45,7 +43,6 @@ def on_the_wire(start_ns, fmt, items, *, own=False):
 
 
 def send(uart, items):
-    """Send the characters through a UART."""
     uart.queue.extend(items)
     uart.pump()
 

@@ -23,8 +23,6 @@ FORMATS = st.builds(
 
 
 class Wire:
-    """Two connected ends, and the characters that the second end receives."""
-
     def __init__(self, sender="9600 8N1", receiver="9600 8N1", instant=False):
         self.clock = Clock()
         self.received = []

@@ -77,7 +77,6 @@ class AvrBoard:
         self._node.stdout.close()
 
     def set(self, pin, level):
-        """Set the level of an input."""
         self._pins[pin] = level
 
     def run_to(self, seconds):

@@ -37,11 +37,9 @@ class StandInCommand:
         return self._folder / "table.journal"
 
     def stops(self) -> list[str]:
-        """Return the lines about stops that the command has written."""
         return [line for line in (self._folder / "errors").read_text().splitlines() if "stopped:" in line]
 
     def again(self) -> "subprocess.CompletedProcess[bytes]":
-        """Start the command again; return its end."""
         return subprocess.run(
             self._command, cwd=self._folder, env=self._environment, capture_output=True, check=False, timeout=300
         )

@@ -66,7 +66,6 @@ class SmallBoard:
         self.off()
 
     def off(self):
-        """Delete the configuration, as at power-off."""
         self.oids, self.crc, self.configured, self.shutdown, self.endstops = {}, 0, False, 0, []
 
     # Time
@@ -288,7 +287,6 @@ class Endstop:
 
     @property
     def next(self):
-        """Return the tick of the next sample."""
         if not self.sampled:
             return self.ended
         return self.first + max(0, (self.board.ticks - self.first) // self.rest + 1) * self.rest

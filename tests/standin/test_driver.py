@@ -15,8 +15,6 @@ Z = AxisPins("table.Z", *map(BoardPin, ("P12", "P13", "P14")))
 
 
 class Twin:
-    """A bench and a board that advance together in virtual time."""
-
     def __init__(self, model="if1", axes=(X, Y, Z), inputs=(LIMIT, INPUT), outputs=(OUTPUT,), **options):
         self.metal = Metal(axes=axes, inputs=inputs, outputs=outputs)
         self.metal.start()
@@ -124,8 +122,6 @@ def test_after_a_shutdown_of_the_board_the_user_must_continue(if1):
 
 
 class OtherBoard:
-    """A board that accepts everything."""
-
     def __init__(self, *axes):
         self.wiring, self.calls = Wiring("other", axes), []
 
@@ -186,7 +182,6 @@ def test_inputs_and_outputs(if1):
 
 
 def send(twin, *values, seconds):
-    """Send a command to an 1811, and wait."""
     for value in values:
         twin.controller.bus.write(0, value)
     twin.controller.bus.write(1, 0x10)

@@ -47,7 +47,6 @@ def connect(page):
 
 
 def raw(page, data):
-    """Send these bytes; return the status line of the answer."""
     with connect(page) as visitor:
         visitor.sendall(data)
         return visitor.makefile("rb").readline()

@@ -58,7 +58,6 @@ def _order(item):
 
 @pytest.fixture(scope="package")
 def browser():
-    """Start chromium."""
     path = next((found for name in BROWSERS if (found := shutil.which(name))), None)
     if path is None:
         pytest.skip(
@@ -109,12 +108,10 @@ class Visit:
         quiet(self.page)
 
     def resize(self, size):
-        """Set the size of the page."""
         if self.page.viewport_size != size:
             self.page.set_viewport_size(size)
 
     def keep_picture(self):
-        """Save a screenshot as an artefact."""
         ARTEFACTS.mkdir(exist_ok=True)
         self.page.screenshot(path=ARTEFACTS / "failed.png", full_page=True)
 
@@ -127,7 +124,6 @@ class Visit:
 
 @pytest.fixture(scope="package")
 def shown(browser):  # without a browser nothing need be served
-    """Return a context manager: `with shown(SCENE) as address:` serves a scene with a panel."""
     return _shown
 
 
@@ -168,13 +164,11 @@ def driver(machine, visiting):
 
 @pytest.fixture
 def panel(machine, driver):
-    """Return the driver's page at the size of a desktop screen."""
     return _panel(machine, driver, DESK)
 
 
 @pytest.fixture
 def phone(machine, driver):
-    """Return the driver's page on a phone."""
     return _panel(machine, driver, PHONE)
 
 

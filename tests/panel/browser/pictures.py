@@ -18,7 +18,6 @@ IMAGES = ROOT / "docs" / "images"
 
 
 def main():
-    """Take the screenshots while the machines move."""
     with sync_playwright() as playwright:
         playwright.selectors.set_test_id_attribute("data-test")
         browser = playwright.chromium.launch(executable_path="/usr/bin/chromium", args=FLAGS)
@@ -55,7 +54,6 @@ def cut_to_length(panel):
 
 
 def signals(panel, names):
-    """Select the signals on the oscilloscope."""
     panel.say(panel.region("oscilloscope").get_by_test_id("scope-signals"), names)
     panel.page.mouse.move(0, 0)
 

@@ -10,7 +10,6 @@ SHOWN = NAME[:30]
 
 
 def people(page):
-    """Open the menu of users."""
     click(page.get_by_role("button", name="drive").first)
     return page.get_by_role("textbox", name="your name")
 

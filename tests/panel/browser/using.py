@@ -46,7 +46,6 @@ expect.set_options(timeout=PATIENCE_MS)
 
 
 def on(*machines):
-    """Restrict a test to these example machines."""
     return pytest.mark.parametrize("machine", machines, indirect=True)
 
 
@@ -83,8 +82,6 @@ def strike(page, key):
 
 @dataclass(frozen=True)
 class Facts:
-    """Properties of one example machine that tests need."""
-
     who: str
     """Name of a controller with a stored program."""
     axis: str
@@ -112,8 +109,6 @@ FACTS = {
 
 
 class Panel:
-    """One page and its machine."""
-
     def __init__(self, machine, visit):
         self.machine, self.facts = machine, FACTS[machine]
         self.visit, self.page = visit, visit.page
@@ -129,27 +124,22 @@ class Panel:
         return (within or self.page).get_by_role("textbox", name=name, exact=True)
 
     def say(self, field, text):
-        """Type a text and Enter into a field."""
         field.fill(text)
         press(field, "Enter")
 
     def region(self, name):
-        """Return the card of a controller, or another region of the page."""
         return self.page.get_by_role("region", name=name, exact=True)
 
     def tab(self, who, name):
-        """Open a tab of a controller, and return the contents of the tab."""
         card = self.region(who)
         click(card.get_by_role("tab", name=name, exact=True))
         return card.get_by_role("tabpanel").last
 
     def choose(self, label, option, within=None):
-        """Select a value in a drop-down list."""
         click((within or self.page).get_by_role("combobox", name=label, exact=True))
         click(self.page.get_by_role("option", name=option, exact=True))
 
     def message(self, words):
-        """Wait for a notification on the page."""
         self.page.get_by_role("alert").filter(has_text=words).last.wait_for()
 
     # Time
@@ -221,7 +211,6 @@ class Panel:
             self.speed("max")
 
     def step(self, kind):
-        """Step to the next event of this kind."""
         before = self.clock.inner_text()
         click(self.button(kind))
         expect(self.clock).not_to_have_text(before)
