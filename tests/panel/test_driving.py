@@ -10,7 +10,7 @@ from axistwin.panel.actions import State
 from axistwin.panel.views.driving import SPEEDS, driving
 from axistwin.programs import stored_programs
 
-from .showing import show, shown
+from .showing import shown
 
 
 def state(visit):
@@ -41,22 +41,21 @@ async def test_a_step_goes_to_the_next_event_and_one_that_never_comes_is_told(vi
     assert visit.messages == ["no such event within 60 virtual seconds: a line of a program begins"]
 
 
-def test_steps_of_a_motor_with_a_program():
-    def build():
-        bench = Bench()
-        motor = bench.add("smartmotor", "motor")
-        stored_programs.store(b"UCI UDI ZS BRKRLS OFF\nA=1000 V=100000 P=5000 MP\nG\nTWAIT\nEND\n", "turn.sms", motor)
-        return bench
+def with_a_program():
+    bench = Bench()
+    motor = bench.add("smartmotor", "motor")
+    stored_programs.store(b"UCI UDI ZS BRKRLS OFF\nA=1000 V=100000 P=5000 MP\nG\nTWAIT\nEND\n", "turn.sms", motor)
+    return bench
 
-    async def play(visit):
-        times = [0.0]
-        for kind in ("event", "statement", "statement", "move"):
-            visit.press(f"step-{kind}")
-            await visit.until(lambda: visit.context.session.seconds > times[-1] and state(visit) == "paused")
-            times.append(visit.context.session.seconds)
-        assert not visit.messages
 
-    show(build, driving, play)
+@shown(driving, build=with_a_program)
+async def test_steps_of_a_motor_with_a_program(visit):
+    times = [0.0]
+    for kind in ("event", "statement", "statement", "move"):
+        visit.press(f"step-{kind}")
+        await visit.until(lambda: visit.context.session.seconds > times[-1] and state(visit) == "paused")
+        times.append(visit.context.session.seconds)
+    assert not visit.messages
 
 
 @shown(driving, "if1")

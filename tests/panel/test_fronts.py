@@ -6,11 +6,7 @@ from axistwin.bench import FAMILIES, Bench, product
 from axistwin.controllers.front import Lamp
 from axistwin.panel.views.front import front, generic
 
-from .showing import bench_of, show, shown
-
-
-def of(name):
-    return lambda context: front(context, name)
+from .showing import bench_of, shown
 
 
 @shown(front, "if1")
@@ -90,19 +86,18 @@ def test_another_bench_takes_the_place_of_the_one_before(visit):
     assert visit.lit("if1-LED-Interface")
 
 
-def test_a_controller_without_a_front_gets_its_terminals_and_registers():
-    def build():
-        bench = bench_of("if1")()
-        bench["if1"].product = bench["if1"].product._replace(make_front=tuple)
-        return bench
+def without_a_front():
+    bench = bench_of("if1")()
+    bench["if1"].product = bench["if1"].product._replace(make_front=tuple)
+    return bench
 
-    def play(visit):
-        assert visit.lit("if1-led-Outputs")
-        assert visit.lit("if1-estop-Inputs")
-        visit.run(1.5)
-        assert visit.found("if1-state-Registers").text == "waiting for ("
 
-    show(build, of("if1"), play)
+@shown(front, "if1", build=without_a_front)
+def test_a_controller_without_a_front_gets_its_terminals_and_registers(visit):
+    assert visit.lit("if1-led-Outputs")
+    assert visit.lit("if1-estop-Inputs")
+    visit.run(1.5)
+    assert visit.found("if1-state-Registers").text == "waiting for ("
 
 
 @pytest.mark.parametrize("model", FAMILIES)

@@ -7,7 +7,7 @@ from axistwin.panel.views.lessons import on_the_page
 from axistwin.panel.views.terminal import terminal
 from axistwin.teaching.lessons import course
 
-from .showing import bench_of, show, shown
+from .showing import bench_of, shown
 
 
 async def click(visit, mark):
@@ -69,28 +69,21 @@ async def test_a_lesson_is_continued_after_going_back_and_by_a_reload(visit):
     assert titles == ["✓ 3", "✓ 4", "5  ", "6  "]
 
 
-def test_only_messages_of_this_controller_count_and_only_the_driver_begins():
-    async def play(visit):
-        visit.context.session.speed = None
-        await click(visit, "lesson-smartmotor-1")
-        visit.context.session.pause()
-        visit.bench["other"].serial.write(b"RP ")
-        visit.run(0.5)
-        assert visit.found("task-smartmotor").text.startswith("1. ")
-        await say(visit, "RP")
-        assert visit.found("task-smartmotor").text.startswith("2. ")
-        visit.context.people.driver = None
-        visit.user.find(marker="lesson-smartmotor-2").click()
-        visit.press("end-lesson-smartmotor")
-        assert visit.found("task-smartmotor").text.startswith("2. ")
-        assert len(visit.messages) == 2
-
-    def build():
-        bench = bench_of("smartmotor")()
-        bench.add("smartmotor", "other")
-        return bench
-
-    show(build, lambda context: terminal(context, "smartmotor"), play)
+@shown(terminal, "smartmotor", build=bench_of("smartmotor", "smartmotor other"))
+async def test_only_messages_of_this_controller_count_and_only_the_driver_begins(visit):
+    visit.context.session.speed = None
+    await click(visit, "lesson-smartmotor-1")
+    visit.context.session.pause()
+    visit.bench["other"].serial.write(b"RP ")
+    visit.run(0.5)
+    assert visit.found("task-smartmotor").text.startswith("1. ")
+    await say(visit, "RP")
+    assert visit.found("task-smartmotor").text.startswith("2. ")
+    visit.context.people.driver = None
+    visit.user.find(marker="lesson-smartmotor-2").click()
+    visit.press("end-lesson-smartmotor")
+    assert visit.found("task-smartmotor").text.startswith("2. ")
+    assert len(visit.messages) == 2
 
 
 @shown(terminal, "if1")

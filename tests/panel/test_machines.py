@@ -8,7 +8,7 @@ from axistwin.motion.profile import Profile, Segment
 from axistwin.panel.drawings.picture import Picture
 from axistwin.panel.views.machines import machines
 
-from .showing import bench_of, show, shown
+from .showing import shown
 
 SLIDE = {"limits": (-100, 1000)}
 slide = shown(machines, "if1", X=SLIDE)
@@ -37,10 +37,6 @@ def drawn(visit):
     """Return the names of those axes of an IF1 that are on the page."""
     figures = visit.user.find(kind=Picture).elements
     return [axis for axis in "XYZ" if any(f"if1.{axis}" in figure._markers for figure in figures)]
-
-
-def at(name):
-    return lambda context: machines(context, name)
 
 
 @slide
@@ -90,16 +86,13 @@ def test_lost_pulses_leave_a_ghost_where_the_carriage_should_be(visit):
     assert seen(visit, "if1.X")["machine", ".jammed"]
 
 
-def test_a_board_has_a_home_switch_and_an_encoder():
-    def play(visit):
-        assert seen(visit, "1811.motor")["home", ".lit"]
-        go(visit.bench["1811"].axes["motor"], 400)
-        visit.run(1)
-        assert not seen(visit, "1811.motor")["home", ".lit"]
-        assert written(visit, "1811.motor", "encoder") == ["4\u2009000"]
-
-    motor = {**SLIDE, "home": (-10, 10), "encoder": {"counts_per_rev": 4000, "pulses_per_rev": 400}}
-    show(bench_of("1811", motor=motor), at("1811"), play)
+@shown(machines, "1811", motor={**SLIDE, "home": (-10, 10), "encoder": {"counts_per_rev": 4000, "pulses_per_rev": 400}})
+def test_a_board_has_a_home_switch_and_an_encoder(visit):
+    assert seen(visit, "1811.motor")["home", ".lit"]
+    go(visit.bench["1811"].axes["motor"], 400)
+    visit.run(1)
+    assert not seen(visit, "1811.motor")["home", ".lit"]
+    assert written(visit, "1811.motor", "encoder") == ["4\u2009000"]
 
 
 @slide
@@ -133,16 +126,12 @@ def test_where_nobody_has_said_anything_all_are_drawn(visit):
     assert drawn(visit) == ["X", "Y", "Z"]
 
 
-def test_a_shaft_turns_by_its_motors_pulses_a_turn():
-    motor = {"torque": [[0, 1.0], [5000, 0.5]], "pulses_per_rev": 200}
-
-    def play(visit):
-        go(visit.bench["if1"].axes["X"], 450)
-        visit.run(0.225)
-        assert place(visit, "if1.X", "disc") == 405.0
-        assert written(visit, "if1.X", "turns", "rpm") == ["1 + 45.0°", "+300"]
-
-    show(bench_of("if1", X={"motor": motor}), at("if1"), play)
+@shown(machines, "if1", X={"motor": {"torque": [[0, 1.0], [5000, 0.5]], "pulses_per_rev": 200}})
+def test_a_shaft_turns_by_its_motors_pulses_a_turn(visit):
+    go(visit.bench["if1"].axes["X"], 450)
+    visit.run(0.225)
+    assert place(visit, "if1.X", "disc") == 405.0
+    assert written(visit, "if1.X", "turns", "rpm") == ["1 + 45.0°", "+300"]
 
 
 @shown(machines, "if1")
@@ -170,24 +159,23 @@ def test_a_servo_shows_where_it_should_be_its_brake_and_its_temperature(visit):
     assert axis.setpoint - axis.position == int(written(visit, name, "behind")[0])
 
 
-def test_a_measuring_wheel_is_drawn_when_there_is_one_and_tells_on_what_it_sits():
-    def play(visit):
-        bench, name = visit.bench, "smartmotor.shaft"
-        assert not seen(visit, name)["wheel", ".there"]
-        bench["smartmotor"].master.follow(bench["if1"].axes["X"], 5)
-        go(bench["if1"].axes["X"], 100)
-        visit.run(1)
-        assert seen(visit, name)["wheel", ".there"]
-        assert written(visit, name, "edges", "sits-on") == ["500", "on if1.X"]
-        assert place(visit, name, "tyre") == 180.0
+def with_a_wheel():
+    bench = Bench()
+    bench.add("if1", "if1", X={"motor": {"torque": [[0, 1.0], [5000, 0.5]], "pulses_per_rev": 200}})
+    bench.add("smartmotor", "smartmotor")
+    return bench
 
-    def build():
-        bench = Bench()
-        bench.add("if1", "if1", X={"motor": {"torque": [[0, 1.0], [5000, 0.5]], "pulses_per_rev": 200}})
-        bench.add("smartmotor", "smartmotor")
-        return bench
 
-    show(build, at("smartmotor"), play)
+@shown(machines, "smartmotor", build=with_a_wheel)
+def test_a_measuring_wheel_is_drawn_when_there_is_one_and_tells_on_what_it_sits(visit):
+    bench, name = visit.bench, "smartmotor.shaft"
+    assert not seen(visit, name)["wheel", ".there"]
+    bench["smartmotor"].master.follow(bench["if1"].axes["X"], 5)
+    go(bench["if1"].axes["X"], 100)
+    visit.run(1)
+    assert seen(visit, name)["wheel", ".there"]
+    assert written(visit, name, "edges", "sits-on") == ["500", "on if1.X"]
+    assert place(visit, name, "tyre") == 180.0
 
 
 @shown(machines, "smartmotor", shaft={**SERVO, "limits": (-100, 9000)}, line="instant")

@@ -42,44 +42,42 @@ def test_the_clock_is_written_without_an_update_of_the_page(visit):
     assert [data["code"] for _, kind, data in outbox.messages if kind == "run_javascript"].count(written) == 1
 
 
-def test_a_controller_of_which_the_panel_knows_nothing_is_seen_and_touched():
-    def build():
-        bench = bench_of("if1")()
-        product = bench["if1"].product
-        bench["if1"].product = product._replace(model="x9", title="Something new", make_front=tuple, programs=())
-        return bench
-
-    def play(visit):
-        visit.run(1.5)
-        assert visit.found("if1-state-Registers").text == "waiting for ("
-        visit.user.find("Pins").click()
-        visit.frame()
-        visit.press("if1-input2-high")
-        assert visit.bench["if1"].pins["input2"].level
-        visit.user.find("Terminal").click()
-        visit.frame()
-        type_into(visit, "say-if1", "(")
-        visit.run(0.5)
-        assert said(visit, "if1") == b"(\r"
-        visit.press("if1-power")
-        assert not visit.bench["if1"].powered
-
-    show(build, whole, play)
+def of_another_family():
+    bench = bench_of("if1")()
+    product = bench["if1"].product
+    bench["if1"].product = product._replace(model="x9", title="Something new", make_front=tuple, programs=())
+    return bench
 
 
-def test_a_line_that_motors_share_has_a_terminal_of_its_own():
-    def build():
-        bench = Bench()
-        motors = [bench.add("smartmotor", name) for name in ("left", "right")]
-        bench.chain(*motors, name="both")
-        return bench
+@shown(whole, build=of_another_family)
+def test_a_controller_of_which_the_panel_knows_nothing_is_seen_and_touched(visit):
+    visit.run(1.5)
+    assert visit.found("if1-state-Registers").text == "waiting for ("
+    visit.user.find("Pins").click()
+    visit.frame()
+    visit.press("if1-input2-high")
+    assert visit.bench["if1"].pins["input2"].level
+    visit.user.find("Terminal").click()
+    visit.frame()
+    type_into(visit, "say-if1", "(")
+    visit.run(0.5)
+    assert said(visit, "if1") == b"(\r"
+    visit.press("if1-power")
+    assert not visit.bench["if1"].powered
 
-    def play(visit):
-        visit.run(1)
-        type_into(visit, "say-both", "RP")
-        assert visit.messages == []
 
-    show(build, whole, play)
+def chained():
+    bench = Bench()
+    motors = [bench.add("smartmotor", name) for name in ("left", "right")]
+    bench.chain(*motors, name="both")
+    return bench
+
+
+@shown(whole, build=chained)
+def test_a_line_that_motors_share_has_a_terminal_of_its_own(visit):
+    visit.run(1)
+    type_into(visit, "say-both", "RP")
+    assert visit.messages == []
 
 
 # People

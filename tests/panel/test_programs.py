@@ -9,7 +9,7 @@ from axistwin.panel.views.program import program
 from axistwin.programs import stored_programs
 
 from ..digiplan.talking import ready, send
-from .showing import show, shown
+from .showing import shown
 
 SOURCE = b"a=1\nWAIT=4000\na=2\nC1\nWAIT=4000\nGOTO1\n"
 
@@ -36,10 +36,6 @@ def motor(source=SOURCE):
         return bench
 
     return build
-
-
-def at(name):
-    return lambda context: program(context, name)
 
 
 stored = shown(program, "motor", build=motor())
@@ -136,23 +132,22 @@ def test_a_board_that_is_switched_off_and_on_has_lost_its_sequences(visit):
     assert visit.user.find("Nothing is stored.")
 
 
-def test_breaks_at_lines_of_an_interface():
-    def build():
-        bench = Bench()
-        if1 = ready(bench)
-        send(bench, if1, ":X400:P0,20:R1:$")
-        return bench
+def interface():
+    bench = Bench()
+    if1 = ready(bench)
+    send(bench, if1, ":X400:P0,20:R1:$")
+    return bench
 
-    def play(visit):
-        for line in (0, 1):
-            visit.trigger("if1 listing", "toggle", {"line": line})
-        assert [each.sentence for each in visit.context.session.breaks] == ["if1 runs 1", "if1 runs 2"]
-        assert listing(visit, "if1").on_breaks == (0, 1)
-        for line in (0, 1):
-            visit.trigger("if1 listing", "toggle", {"line": line})
-        assert (visit.context.session.breaks, listing(visit, "if1").on_breaks) == ([], ())
 
-    show(build, at("if1"), play)
+@shown(program, "if1", build=interface)
+def test_breaks_at_lines_of_an_interface(visit):
+    for line in (0, 1):
+        visit.trigger("if1 listing", "toggle", {"line": line})
+    assert [each.sentence for each in visit.context.session.breaks] == ["if1 runs 1", "if1 runs 2"]
+    assert listing(visit, "if1").on_breaks == (0, 1)
+    for line in (0, 1):
+        visit.trigger("if1 listing", "toggle", {"line": line})
+    assert (visit.context.session.breaks, listing(visit, "if1").on_breaks) == ([], ())
 
 
 @stored
@@ -195,17 +190,13 @@ def test_a_name_that_says_no_family_is_told(visit):
     assert listing(visit).lines[0] == "a=1"
 
 
-def test_thousands_of_lines_are_sent_once():
-    source = b"a=a+1\n" * 5000 + b"END\n"
-
-    def play(visit):
-        lines = listing(visit).props["lines"]
-        assert len(lines) == 5001
-        visit.run(0.5)
-        assert listing(visit).props["lines"] is lines
-        assert listing(visit).running > 100
-
-    show(motor(source), at("motor"), play)
+@shown(program, "motor", build=motor(b"a=a+1\n" * 5000 + b"END\n"))
+def test_thousands_of_lines_are_sent_once(visit):
+    lines = listing(visit).props["lines"]
+    assert len(lines) == 5001
+    visit.run(0.5)
+    assert listing(visit).props["lines"] is lines
+    assert listing(visit).running > 100
 
 
 @shown(program, "if2")

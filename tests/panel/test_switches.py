@@ -4,18 +4,8 @@ import pytest
 
 from axistwin.panel.views.machines import machines
 
-from .showing import bench_of, show
+from .showing import bench_of, show, shown
 from .test_machines import SLIDE
-
-
-def played(model, play, **options):
-    """Call `play(visit)` for the drawing of a controller with this model, which has run for 1.5 s."""
-
-    def begin(visit):
-        visit.run(1.5)
-        play(visit)
-
-    show(bench_of(model, **options), lambda context: machines(context, model), begin)
 
 
 def told(visit, mark, part):
@@ -31,27 +21,24 @@ SWITCHES = (
 
 
 @pytest.mark.parametrize(("model", "pin", "free"), SWITCHES)
-def test_a_click_presses_a_switch_and_a_second_click_releases_it(model, pin, free):
+@shown(machines, after=1.5)
+def test_a_click_presses_a_switch_and_a_second_click_releases_it(visit, model, pin, free):
     pressed = {"low": "high", "high": "low"}[free]
+    mark, part = f"switches {model}", f"switch-{pin}"
+    assert told(visit, mark, part) == ("free", free, "false")
+    visit.trigger(mark, "act", pin)
+    assert told(visit, mark, part) == ("pressed", pressed, "true")
+    assert visit.bench[model].pins[pin].driven
+    visit.trigger(mark, "act", pin)
+    assert told(visit, mark, part) == ("free", free, "false")
+    assert not visit.bench[model].pins[pin].driven
 
-    def play(visit):
-        mark, part = f"switches {model}", f"switch-{pin}"
-        assert told(visit, mark, part) == ("free", free, "false")
-        visit.trigger(mark, "act", pin)
-        assert told(visit, mark, part) == ("pressed", pressed, "true")
-        assert visit.bench[model].pins[pin].driven
-        visit.trigger(mark, "act", pin)
-        assert told(visit, mark, part) == ("free", free, "false")
-        assert not visit.bench[model].pins[pin].driven
-
-        visit.bench[model].pins[pin].drive(free == "high")  # as a script releases a button
-        visit.frame()
-        assert told(visit, mark, part) == ("free", free, "false")
-        visit.bench[model].pins[pin].hold(pressed == "high")
-        visit.frame()
-        assert told(visit, mark, part)[:2] == ("stuck", pressed)
-
-    played(model, play)
+    visit.bench[model].pins[pin].drive(free == "high")  # as a script releases a button
+    visit.frame()
+    assert told(visit, mark, part) == ("free", free, "false")
+    visit.bench[model].pins[pin].hold(pressed == "high")
+    visit.frame()
+    assert told(visit, mark, part)[:2] == ("stuck", pressed)
 
 
 @pytest.mark.parametrize(
@@ -73,36 +60,37 @@ def test_the_switches_of_a_slide_are_pressed_there(model, part, pin, free):
             assert visit.bench[model].pins[pin].level is (level == "high")
         assert (f"switch-{pin}-word", "text") not in visit.found(f"switches {model}").drawing.shown
 
-    played(model, play, **options)
+    def begin(visit):
+        visit.run(1.5)
+        play(visit)
+
+    show(bench_of(model, **options), lambda context: machines(context, model), begin)
 
 
-def test_a_lamp_shows_an_output_and_an_output_pin_is_no_input():
-    def lamps(visit):
-        shown = visit.found("switches 1811").drawing.shown
-        assert shown["lamp-output1", ".lit"] and shown["lamp-output1", "aria-label"] == "output 1: on"
-        assert not shown["lamp-led", ".lit"]
-        visit.bench["1811"].power(False)
-        visit.frame()
-        assert shown["lamp-output1", "aria-label"] == "output 1: off"
-
-    def user_pin(visit):
-        visit.bench["smartmotor"].serial.write(b"UAO UA=0 ")
-        visit.run(0.1)
-        assert told(visit, "switches smartmotor", "switch-A") == ("output", "low", "false")
-        visit.trigger("switches smartmotor", "act", "A")
-        assert told(visit, "switches smartmotor", "switch-A") == ("pressed", "high", "true")
-
-    played("1811", lamps)
-    played("smartmotor", user_pin)
+@shown(machines, "1811", after=1.5)
+def test_a_lamp_shows_an_output(visit):
+    lamps = visit.found("switches 1811").drawing.shown
+    assert lamps["lamp-output1", ".lit"] and lamps["lamp-output1", "aria-label"] == "output 1: on"
+    assert not lamps["lamp-led", ".lit"]
+    visit.bench["1811"].power(False)
+    visit.frame()
+    assert lamps["lamp-output1", "aria-label"] == "output 1: off"
 
 
-def test_only_the_driver_presses_switches_and_only_those_of_the_drawing():
-    def play(visit):
-        visit.trigger("switches if1", "act", "output1")
-        visit.trigger("switches if1", "act", ["input1"])
-        visit.context.people.driver = None
-        visit.trigger("switches if1", "act", "input1")
-        assert not any(pin.driven for pin in visit.bench["if1"].pins.values())
-        assert "drives: press Drive to take over" in visit.messages[-1]
+@shown(machines, "smartmotor", after=1.5)
+def test_an_output_pin_is_no_input(visit):
+    visit.bench["smartmotor"].serial.write(b"UAO UA=0 ")
+    visit.run(0.1)
+    assert told(visit, "switches smartmotor", "switch-A") == ("output", "low", "false")
+    visit.trigger("switches smartmotor", "act", "A")
+    assert told(visit, "switches smartmotor", "switch-A") == ("pressed", "high", "true")
 
-    played("if1", play)
+
+@shown(machines, "if1", after=1.5)
+def test_only_the_driver_presses_switches_and_only_those_of_the_drawing(visit):
+    visit.trigger("switches if1", "act", "output1")
+    visit.trigger("switches if1", "act", ["input1"])
+    visit.context.people.driver = None
+    visit.trigger("switches if1", "act", "input1")
+    assert not any(pin.driven for pin in visit.bench["if1"].pins.values())
+    assert "drives: press Drive to take over" in visit.messages[-1]

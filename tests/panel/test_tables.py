@@ -99,28 +99,27 @@ def test_another_output_may_be_the_tool_or_none_and_the_person_keeps_it(visit):
     assert (top(visit)["head", ".down"], top(visit)["tool", "text"]) == (False, "")
 
 
-def test_three_dimensions_are_there_while_one_wants_them():
-    def play(visit):
-        assert not scenes(visit)
-        visit.press("if2 3-D")
-        assert visit.context.person.settings["if2 3-D"] is True
-        (scene,) = scenes(visit)
-        go(visit, X=1000)
-        before = [(thing.x, thing.y, thing.z) for thing in scene.objects.values()]
-        visit.bench["if2"].pins["output1"].set(True)
-        visit.run(0.1)
-        after = [(thing.x, thing.y, thing.z) for thing in scene.objects.values()]
-        lower = [then for now, then in zip(before, after, strict=False) if now != then]
-        assert lower == [(0, 0, pytest.approx(-0.35))]
-        assert [thing.name for thing in scene.objects.values()].count("hole") == 1
-        visit.press("turn left")
-        visit.press("if2 3-D")
-        assert not scenes(visit)
+def scenes(visit):
+    return [element for element in visit.user.client.elements.values() if isinstance(element, Scene)]
 
-    def scenes(visit):
-        return [element for element in visit.user.client.elements.values() if isinstance(element, Scene)]
 
-    show(TABLE, at, play)
+@shown(at, build=TABLE)
+def test_three_dimensions_are_there_while_one_wants_them(visit):
+    assert not scenes(visit)
+    visit.press("if2 3-D")
+    assert visit.context.person.settings["if2 3-D"] is True
+    (scene,) = scenes(visit)
+    go(visit, X=1000)
+    before = [(thing.x, thing.y, thing.z) for thing in scene.objects.values()]
+    visit.bench["if2"].pins["output1"].set(True)
+    visit.run(0.1)
+    after = [(thing.x, thing.y, thing.z) for thing in scene.objects.values()]
+    lower = [then for now, then in zip(before, after, strict=False) if now != then]
+    assert lower == [(0, 0, pytest.approx(-0.35))]
+    assert [thing.name for thing in scene.objects.values()].count("hole") == 1
+    visit.press("turn left")
+    visit.press("if2 3-D")
+    assert not scenes(visit)
 
 
 def test_whoever_wanted_three_dimensions_finds_them_again():

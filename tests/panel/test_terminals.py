@@ -5,11 +5,7 @@ import pytest
 from axistwin.panel.views.pins import pins
 from axistwin.sim.pins import connect
 
-from .showing import bench_of, show, shown
-
-
-def of(name):
-    return lambda context: pins(context, name)
+from .showing import bench_of, shown
 
 
 def keys(name):
@@ -35,20 +31,19 @@ def test_an_input_is_driven_high_and_low_and_released(visit, model, name):
     assert visit.found(f"{mark}-why").text == ""
 
 
-def test_it_is_told_who_decides_about_a_level():
-    def build():
-        bench = bench_of("if1")()
-        connect(bench["if1"].pins["output1"], bench["if1"].pins["input1"])
-        return bench
+def wired():
+    bench = bench_of("if1")()
+    connect(bench["if1"].pins["output1"], bench["if1"].pins["input1"])
+    return bench
 
-    def play(visit):
-        assert visit.found("if1-input1-why").text == "wired"
-        visit.bench.faults.add("stuck", "if1.input1", level=True)
-        visit.frame()
-        assert visit.found("if1-input1-why").text == "stuck"
-        assert visit.lit("if1-input1-level")
 
-    show(build, of("if1"), play)
+@shown(pins, "if1", build=wired)
+def test_it_is_told_who_decides_about_a_level(visit):
+    assert visit.found("if1-input1-why").text == "wired"
+    visit.bench.faults.add("stuck", "if1.input1", level=True)
+    visit.frame()
+    assert visit.found("if1-input1-why").text == "stuck"
+    assert visit.lit("if1-input1-level")
 
 
 @shown(pins, "if1")
