@@ -1,4 +1,4 @@
-"""What is imported only when it is first used: the modules of a package, NumPy and pyarrow."""
+"""What is imported only when it is first used: the modules of a package, NumPy, pyarrow and pyserial."""
 
 from collections.abc import Callable
 from importlib import import_module
@@ -9,9 +9,10 @@ if TYPE_CHECKING:
     import pyarrow as pa
     import pyarrow.compute as pc
     import pyarrow.parquet as pq
+    import serial
     from numpy.typing import NDArray
 
-__all__ = ["NDArray", "lazy", "np", "pa", "pc", "pq"]
+__all__ = ["NDArray", "lazy", "np", "pa", "pc", "pq", "serial"]
 
 
 class _Module:
@@ -27,6 +28,7 @@ class _Module:
 if not TYPE_CHECKING:
     np, NDArray = _Module("numpy"), Any
     pa, pc, pq = _Module("pyarrow"), _Module("pyarrow.compute"), _Module("pyarrow.parquet")
+    serial = _Module("serial")
 
 
 def lazy(package: str, **names: str) -> Callable[[str], Any]:

@@ -8,9 +8,10 @@ from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from logging import getLogger
 from threading import Thread
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import Any, Protocol
 
 from axistwin.errors import LinkError, cannot_open, reason
+from axistwin.lazy import serial
 from axistwin.links.plug import CHUNK, HostEnd
 from axistwin.links.writer import STALLED, Writer
 from axistwin.sim.frames import UartFormat
@@ -21,9 +22,6 @@ except ImportError:  # Windows
     TERMIOS_ERRORS: tuple[type[Exception], ...] = ()
 else:
     TERMIOS_ERRORS = (termios.error,)
-
-if TYPE_CHECKING:
-    import serial
 
 log = getLogger("axistwin.links")
 

@@ -21,11 +21,11 @@ from concurrent.futures import Future, ThreadPoolExecutor, wait
 from functools import partial
 from logging import getLogger
 from threading import Thread
-from typing import TYPE_CHECKING
 
 from axistwin.bench import Bench
 from axistwin.bench.bench import SharedLine
 from axistwin.errors import LinkError, reason
+from axistwin.lazy import serial
 from axistwin.links.devices import DEVICE_ERRORS, Lines, control_lines, opening, set_lines, settings_of
 from axistwin.links.pacing import Pacer
 from axistwin.links.plug import CHUNK
@@ -34,9 +34,6 @@ from axistwin.sim.pins import Pin
 from axistwin.sim.serial import Uart
 from axistwin.sim.serial_port import SerialPort
 from axistwin.sim.wirings import direct
-
-if TYPE_CHECKING:
-    import serial
 
 log = getLogger("axistwin.links")
 
@@ -215,7 +212,5 @@ class Relay:
 
 
 def _open(url: str, line: UartFormat) -> "serial.Serial":
-    import serial  # lazy import: only a relay to a real device needs pyserial
-
     with opening(url):
         return serial.serial_for_url(url, timeout=POLL_S, **settings_of(line))

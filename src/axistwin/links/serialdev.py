@@ -14,17 +14,14 @@ import asyncio
 from collections.abc import Callable
 from dataclasses import replace
 from logging import getLogger
-from typing import TYPE_CHECKING
 
 from axistwin.errors import LinkError
+from axistwin.lazy import serial
 from axistwin.links.devices import DEVICE_ERRORS, Lines, control_lines, opening, set_lines, settings_of, stream
 from axistwin.links.plug import Plug
 from axistwin.links.urls import PortUrl
 from axistwin.sim.frames import LineError, UartFormat
 from axistwin.sim.serial_port import Flow
-
-if TYPE_CHECKING:
-    import serial
 
 log = getLogger("axistwin.links")
 
@@ -130,7 +127,5 @@ class SerialDevice:
 
 
 def _open(url: PortUrl, fmt: UartFormat) -> "serial.Serial":
-    import serial  # lazy import: only real serial devices need pyserial
-
     with opening(url):
         return serial.Serial(url.path, timeout=0, exclusive=True, **settings_of(fmt))
