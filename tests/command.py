@@ -85,5 +85,5 @@ def listening(program: Running) -> tuple[str, PortUrl]:
 def ended(program: Running, number: int = signal.SIGTERM) -> tuple[int, str]:
     """Send a signal to the program; return its exit code and its messages until its end."""
     program.send_signal(number)
-    _, messages = program.communicate(timeout=PATIENCE_S)
+    _, messages = program.communicate()
     return program.returncode, messages

@@ -10,7 +10,6 @@ def items(controller: Controller) -> dict[tuple[str, str], Item]:
 
 
 def lamps(controller: Controller) -> set[tuple[str, str]]:
-    """Return the lamps, by group and label."""
     return {key for key, item in items(controller).items() if isinstance(item, Lamp)}
 
 

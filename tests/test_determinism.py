@@ -122,12 +122,10 @@ SESSIONS: dict[str, tuple[Callable[[], Bench], Session, int]] = {
 
 
 def until(bench: Bench, tick: int) -> None:
-    """Advance to the end in one step."""
     bench.clock.run_to(max(tick * TICK, bench.now))
 
 
 def traced(family: str, run: Callable[[Bench, int], None] = until) -> bytes:
-    """Return the complete trace of a session."""
     build, session, end = SESSIONS[family]
     with TemporaryDirectory() as directory:
         path = Path(directory) / "a.csv"

@@ -35,7 +35,6 @@ def site(tmp_path_factory):
 
 
 @pytest.mark.slow
-@pytest.mark.timeout(240)
 def test_every_code_and_every_command_is_listed(site):
     page = (site / "diagnostics.html").read_text(encoding="utf-8")
     missing = [

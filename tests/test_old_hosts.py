@@ -19,7 +19,7 @@ from .test_tutorials import CONSOLE, HOME, acts, files, page
 
 SPEED = 20.0
 """Times real time.  The programs have time limits of seconds on their own clock."""
-PATIENCE_S = 50
+PATIENCE_S = 300
 NEEDS = {"basic": [], "dos": ["nasm", "dosbox"], "qemu": ["nasm", "qemu-system-i386"], "c": ["gcc"]}
 EXAMPLE = HOME / "examples" / "old-hosts"
 

@@ -19,7 +19,6 @@ def report():
 
 @pytest.fixture(scope="module")
 def found(report):
-    """Return every row, read once for all tests."""
     return report.rows()
 
 

@@ -20,7 +20,7 @@ from axistwin.links import PortUrl
 
 HOME = Path(__file__).resolve().parents[1]
 TUTORIALS = HOME / "docs" / "tutorials"
-PATIENCE_S = 50
+PATIENCE_S = 300
 
 FILE = re.compile(
     r"^This is `(?P<name>[\w./-]+)`(?:, [^\n]*)?\.\n\n```(?:\w*)\n(?P<body>.*?)^```$", re.DOTALL | re.MULTILINE

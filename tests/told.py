@@ -25,7 +25,6 @@ def examples(message: str) -> list[str]:
 
 
 def bare(example: str) -> str:
-    """Return an example without its quotes."""
     return example[1:-1] if example[:1] in "'\"`" and example[-1:] == example[:1] else example
 
 

@@ -24,8 +24,6 @@ KEYS = {"SPACE": " ", "PRESS CR": "\r"}
 
 @dataclass
 class Session:
-    """A controller that a sample program has sent messages to."""
-
     bench: Bench
     controller: Controller
     form: str
@@ -38,8 +36,6 @@ class Session:
     """When each of these characters had come."""
 
     def listen(self) -> None:
-        """Begin to store what the controller sends."""
-
         def hear(byte: int, _: object) -> None:
             self.heard.append(byte)
             self.heard_ns.append(self.bench.now)

@@ -8,7 +8,7 @@ from collections.abc import Awaitable, Callable, Mapping
 from pathlib import Path
 
 TIED_LINES = Path(__file__).with_name("tied_lines.py")
-SECONDS = 30
+SECONDS = 300
 """No program takes so long; one that does hangs."""
 
 Patience = Callable[[], Awaitable[object]]

@@ -102,7 +102,6 @@ def printed(program: int) -> Listing:
 
 
 def runnable(program: int) -> Listing:
-    """Return a program with all changes, as PC-BASIC can run it."""
     listing = printed(program)
     for change in (*REPAIRS, *ADAPTATIONS):
         if change.program == program:
@@ -114,5 +113,4 @@ def runnable(program: int) -> Listing:
 
 
 def source(listing: Listing) -> str:
-    """Return a listing as the text of a program file."""
     return "".join(f"{line} {text}\r\n" for line, text in listing.items())

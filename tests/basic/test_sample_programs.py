@@ -17,7 +17,6 @@ FORTH_AND_TEN_TIMES_BACK_AND_FORTH = [FORTH, *[BACK, FORTH] * 10]
 
 
 def assert_no_complaint(session: Session) -> None:
-    """Assert that neither the program nor the controller has reported an error."""
     assert not [word for word in ("ERROR", "FAULT", "NO U", "rror", "imeout") if word in session.screen], session.screen
     assert (session.ask("K"), session.ask("F")) == ("0", "0")
 

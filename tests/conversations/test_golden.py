@@ -20,7 +20,6 @@ MOST_CORRECTIONS = 1000
 
 
 def bench_of(conversation: Conversation, state: Path) -> Bench:
-    """Return the bench of a conversation: a model with options, or a scene in the same folder."""
     model = conversation.headers["model"]
     if model.endswith(".toml"):
         return bench_for(str(Path(__file__).parent / model))
@@ -28,7 +27,6 @@ def bench_of(conversation: Conversation, state: Path) -> Bench:
 
 
 def corrected(conversation: Conversation, difference: Difference) -> Conversation:
-    """Return the conversation with the actual data in place of the expected data."""
     place = next(n for n, act in enumerate(conversation.acts) if act.line == difference.line)
     act = conversation.acts[place]
     got = CHARACTERS.read(difference.got) if not isinstance(act, Expect) else b""

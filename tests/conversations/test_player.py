@@ -9,7 +9,6 @@ from axistwin.errors import ProgramError
 
 
 def said(bench: Bench, text: str) -> str:
-    """Return the text of the difference; empty without a difference."""
     return str(play(parse(text, "a.talk"), bench) or "")
 
 

@@ -18,14 +18,12 @@ from axistwin.sim.serial_port import Flow
 
 
 def replayed(conversation: Conversation) -> object:
-    """Write a recording, read it, and play it on a new bench with the same controllers."""
     bench = Bench()
     bench.add("if1")
     return play(parse(write(conversation.acts)), bench)
 
 
 def recorded(*doings) -> Conversation:
-    """Return the recording of these actions on a bench with an IF1, half a second apart."""
     bench = Bench()
     if1 = bench.add("if1")
     with recording(bench) as recorder:
@@ -250,7 +248,6 @@ def test_what_a_scene_does_by_itself_is_left_to_the_scene():
 
 
 def _again(recorder, models):
-    """Return a new bench on which the recording has been played."""
     bench = Bench()
     for name, model in models.items():
         bench.add(model, name)

@@ -11,7 +11,6 @@ _URI_REFERENCE = re.compile(r"(?:[A-Za-z0-9._~!$&'()*+,;=:@/?#\[\]-]|%[0-9A-Fa-f
 
 
 def problems(log: object) -> list[Problem]:
-    """Return the errors in a log, each with its place."""
     return list(_object("sarifLog")(log, "$"))
 
 

@@ -17,7 +17,6 @@ from ..told import raises
 
 @pytest.fixture
 def check(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Callable[..., Result]:
-    """Return a function that writes a program into a file, and checks it."""
     monkeypatch.chdir(tmp_path)
 
     def run(name: str, text: str, *options: str, model: str = "if1") -> Result:

@@ -31,7 +31,6 @@ do = "load a.sms"
 
 
 def complaints(scene: Path) -> tuple[list[str], list[str]]:
-    """Return the errors that `axistwin check` finds, and the error that building the scene raises."""
     checked = [f"{each.line}:{each.column}: {each.message}" for each in diagnose_scene(scene)]
     try:
         Scene.load(scene).build()
@@ -98,7 +97,6 @@ def values(text: str) -> list[str]:
 
 
 def mutated(text: str, chance: random.Random) -> str:
-    """Return the text with one word or line exchanged, doubled or removed."""
     lines = text.splitlines()
     at = chance.randrange(len(lines))
     match chance.randrange(4):

@@ -34,7 +34,6 @@ def trail_of(controller):
 
 
 def square(bench, go, update=lambda: None):
-    """Move 100 pulses along X, 50 along Y, and back along X; update the trail after each move."""
     for axis, rate, direction in (("X", 100, +1), ("Y", 50, +1), ("X", 100, -1)):
         go(axis, (rate, Fraction(1)), direction=direction)
         bench.run(1.5)

@@ -21,7 +21,6 @@ class Ports(Bench):
         self._answers = None
 
     def open(self, name, core, baud):
-        """Open a port, as pyserial does for a driver."""
         return Port(self, Answers(self, self._answers) if self._answers else InnerPort(self, name))
 
     def answering(self, answer):
@@ -30,17 +29,13 @@ class Ports(Bench):
         return "answers"
 
     def sleep(self, seconds):
-        """Let virtual time pass, as `time.sleep` of a driver."""
         self.run(seconds)
 
     def monotonic(self):
-        """Return the virtual time, as `time.monotonic` of a driver."""
         return self.seconds
 
 
 class Port:
-    """A port of a blocking driver, in virtual time."""
-
     def __init__(self, ports, port):
         self._ports, self._port, self._received = ports, port, b""
 
@@ -59,8 +54,6 @@ class Port:
 
 
 class Answers:
-    """A port at which a function answers."""
-
     def __init__(self, bench, answer):
         self._bench, self._answer, self._received = bench, answer, b""
 
@@ -117,10 +110,8 @@ def answering(answer):
 
 
 def model_of(twin, name=None):
-    """Return the first controller of a twin, or the one with this name."""
     return twin.bench[name] if name else next(iter(twin.bench.controllers.values()))
 
 
 def url_of(twin):
-    """Return the first port of a twin."""
     return next(iter(twin.ports.values()))

@@ -18,7 +18,6 @@ PROFILE = {"speed": "velocity", "acceleration": "acceleration"}
 
 
 def give(axis, function, value):
-    """Call a function of an axis with one value; return what it returns."""
     if function in PROFILE:
         return axis.set_profile(**{PROFILE[function]: value})
     return getattr(axis, function)(value)

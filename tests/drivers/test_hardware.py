@@ -20,7 +20,6 @@ MODELS = {"if1": ("X", 1000), "1811": ("motor", 4000), "smartmotor": ("shaft", 2
 
 @contextmanager
 def real_or_virtual(model, given):
-    """Yield the port of a controller."""
     ports = dict(one.split("=", 1) for one in given)
     if model in ports:
         yield ports[model]
@@ -33,7 +32,6 @@ def real_or_virtual(model, given):
 
 @pytest.fixture(scope="module", params=MODELS)
 def first_axis(request):
-    """Return the first axis of a controller, and its velocity."""
     name, velocity = MODELS[request.param]
     with (
         real_or_virtual(request.param, request.config.getoption("--hardware")) as url,

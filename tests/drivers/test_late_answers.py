@@ -22,7 +22,6 @@ def late_answers():
 
 @pytest.mark.parametrize("late_s", [0.35, 2.3, 5])
 @pytest.mark.parametrize("model", ["if1", "1811", "smartmotor"])
-@pytest.mark.timeout(240)
 def test_a_late_answer_is_not_taken_for_another(late_answers, model, late_s):
     """These messages are of the connection, and of the beginning of the first move."""
     assert not [

@@ -54,7 +54,6 @@ def toggle(pin):
 
 
 def fault(status, name):
-    """Return the remedy of the fault `name`."""
     return next(found.remedy for found in status.faults if found.name == name)
 
 
@@ -489,7 +488,6 @@ def test_after_a_stream_that_came_too_late(ports):
 
 
 def spoiled(controller, monkeypatch, request, answer, *, times=1):
-    """Replace the answer to `request` on the controller's port."""
     port, left = controller._port, [answer] * times
     read, write = port.read, port.write
 
@@ -604,7 +602,6 @@ def written(node):
 
 
 def remedies():
-    """Yield the remedies in the sources of the drivers."""
     folder = Path(axistwin.drivers.__file__).parent
     for path in [*folder.glob("*.py"), folder.parent / "ophyd.py"]:
         for node in ast.walk(ast.parse(path.read_text())):

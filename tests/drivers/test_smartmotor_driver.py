@@ -149,8 +149,6 @@ def test_two_motors_on_an_rs485_line(ports):
 
 
 class Interrupted(InnerPort):
-    """A port at which the power of the motor is cut after some characters of a message."""
-
     def __init__(self, bench, name, message, after):
         super().__init__(bench, name)
         self.motor, self.message, self.after = bench[name], message, after

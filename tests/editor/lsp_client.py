@@ -11,8 +11,6 @@ ROOT = Path(__file__).parents[2]
 
 
 class Client:
-    """Starts `axistwin lsp` and exchanges messages with it."""
-
     def __init__(self) -> None:
         command = [sys.executable, "-c", "from axistwin.cli import main; main(['lsp'])"]
         self.process = subprocess.Popen(
@@ -33,7 +31,7 @@ class Client:
         self.ask("shutdown", None)
         self.tell("exit", None)
         self.process.stdin.close()
-        assert self.process.wait(timeout=20) == 0
+        assert self.process.wait() == 0
         self.process.stdout.close()
 
     def tell(self, method: str, params: object) -> None:
@@ -69,7 +67,6 @@ class Client:
         return self.ask(f"textDocument/{method}", {"textDocument": {"uri": uri}, "position": place})
 
     def tell_all(self, method: str, many: Iterable[object]) -> None:
-        """Send several messages in one write."""
         self._send(*({"jsonrpc": "2.0", "method": method, "params": params} for params in many))
 
     def _send(self, *messages: dict[str, Any]) -> None:

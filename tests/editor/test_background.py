@@ -10,8 +10,6 @@ from axistwin.editor.background import Background
 
 
 def run(play):
-    """Execute a coroutine function with a background process."""
-
     async def execute():
         background = Background()
         try:

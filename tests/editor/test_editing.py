@@ -88,7 +88,6 @@ COMMAND = st.sampled_from(
 @settings(max_examples=50)
 @given(st.lists(COMMAND, max_size=12))
 def test_modal_commands_decide_which_commands_the_board_accepts(lines):
-    """The reference reads all commands."""
     acts, _ = read_acts(lines, ".181x", BOARD_CODEC)
     listed = [session for host in sessions(acts, lines, ".181x", BOARD_CODEC) for session in host]
     wanted = [command.opcode for command in acceptable(BOARD.made.commands, listed[-1])]

@@ -43,7 +43,6 @@ def fault(draw):
 
 
 def run(faults):
-    """Run three controllers with these faults; return their replies and final positions."""
     bench = Bench()
     if1 = bench.add("if1", X={"encoder": {}, "motor": {"torque": [[0, 1.0], [5000, 0.5]]}})
     board = bench.add("1811", motor={"encoder": {}, "limits": (-10_000, 10_000)})

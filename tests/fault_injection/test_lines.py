@@ -23,7 +23,6 @@ def bench():
 
 
 def says(bench, words, seconds=0.2):
-    """Return the answer of the interface."""
     bench["if1"].serial.write(words)
     bench.run(seconds)
     return bench["if1"].serial.read()

@@ -11,7 +11,6 @@ from ..told import raises
 
 @pytest.fixture
 def bench():
-    """Return a bench with an IF1 that has been initialised, at 9600 8N2."""
     bench = Bench()
     bench.add("if1", X={"encoder": {}, "motor": {"torque": [[0, 1.0], [5000, 1.0]]}, "load": {"torque": 0.2}})
     bench.run(1.5)
@@ -24,7 +23,6 @@ def bench():
 
 @pytest.fixture
 def motor():
-    """Return a SmartMotor of frame 23 in position mode."""
     bench = Bench()
     motor = bench.add("smartmotor", shaft={"motor": "frame23"})
     motor.serial.write(b"UCI UDI ZS MP A=100 V=100000 ")
@@ -33,7 +31,6 @@ def motor():
 
 
 def says(controller, words, seconds=0.2):
-    """Return the answer of the controller."""
     controller.serial.write(words)
     controller.bench.run(seconds)
     return controller.serial.read()

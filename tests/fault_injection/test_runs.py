@@ -46,7 +46,6 @@ def board():
 
 
 def happens(bench, sentence):
-    """Return a list to which the times of this event are added."""
     times = []
     triggers.read(sentence, bench)(lambda: times.append(bench.now))
     return times
@@ -81,7 +80,6 @@ def test_a_command_of_a_sequence(board):
 
 
 def test_a_fault_begins_at_a_line_and_ends_after_its_duration(motor):
-    """The fault begins when line 4 runs the third time, after all other events of this time."""
     fault = motor.faults.add("stuck", "motor.E", level=False, when="motor runs 4", nth=3, duration=0.25)
     zero_ns = motor.now
     levels = []
@@ -94,7 +92,6 @@ def test_a_fault_begins_at_a_line_and_ends_after_its_duration(motor):
 
 
 def test_power_is_cut_at_a_line_of_each_family(table, motor, board):
-    """A power cut at a line ends the running program."""
     for bench, name, line, start in (
         (table, "table", "2", "> :H1:X500@400:Y500:$\\r\n+0.1\n! input1 high\n+0.1\n"),
         (motor, "motor", "5", "> RUN\\r\n+0.1\n"),
@@ -107,7 +104,6 @@ def test_power_is_cut_at_a_line_of_each_family(table, motor, board):
 
 
 def test_a_trigger_accepts_a_program_that_is_stored_later(table):
-    """The sequence is stored after the trigger is set; a cancelled trigger has no effect."""
     found = happens(table, "table runs 2")
     called_off = table.faults.add("jam", "table.X", when="table runs 2")
     called_off.mend()

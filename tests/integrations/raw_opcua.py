@@ -11,7 +11,6 @@ from asyncua.ua.ua_binary import struct_from_binary
 
 
 async def signing(folder, name):
-    """Return the security policy of a client with the certificate NAME.der."""
     server = await uacrypto.load_certificate(folder / "keys" / "certificate.der")
     own = await uacrypto.load_certificate(folder / f"{name}.der")
     key = await uacrypto.load_private_key(folder / f"{name}.pem")
@@ -28,8 +27,6 @@ async def code(answer):
 
 
 class Raw:
-    """A connection of the client."""
-
     def __init__(self, client, url):
         self.client, self.url, self.nonce = client, url, b""
 
@@ -72,7 +69,6 @@ class Raw:
         return await self.client.activate_session(given)
 
     async def log_in(self, name=None, password=""):
-        """Create and activate a session; the certificate is that of the channel."""
         await self.create_session(self.client.security_policy.host_certificate)
         await self.activate_session(name, password)
 
@@ -113,7 +109,6 @@ class Raw:
 
     @staticmethod
     def item(node):
-        """Return the request of a monitored item that reports each change of a node."""
         wanted = ua.MonitoringParameters(ClientHandle=1, SamplingInterval=0, QueueSize=10)
         read = ua.ReadValueId(ua.NodeId(node, 2), ua.AttributeIds.Value)
         return ua.MonitoredItemCreateRequest(read, ua.MonitoringMode.Reporting, wanted)
@@ -132,7 +127,6 @@ class Raw:
         return (await self.ask(request, ua.RepublishResponse)).NotificationMessage
 
     async def ask(self, request, response):
-        """Send a request; return the answer."""
         return struct_from_binary(response, await self.client.protocol.send_request(request))
 
     async def send(self, request, response):

@@ -26,15 +26,12 @@ Field, Kind = channel_access.Field, channel_access.Kind
 
 
 class Visitor:
-    """A client that writes its messages itself."""
-
     def __init__(self, reader, writer, port, name="P"):
         self._reader, self._writer, self._received = reader, writer, deque()
         self._circuit = ca.VirtualCircuit(ca.CLIENT, ("127.0.0.1", port), 0)
         self.channel = ca.ClientChannel(name, self._circuit)
 
     def other(self, name):
-        """Return one more channel; `join` creates it."""
         self.channel = ca.ClientChannel(name, self._circuit)
         return self.channel
 

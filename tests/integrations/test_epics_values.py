@@ -72,7 +72,6 @@ async def ioc_of(*models, **options):
 
 @asynccontextmanager
 async def by_channel_access(*models, **options):
-    """Serve controllers to a client that writes numbers as DBR_DOUBLE."""
     async with ioc_of(*models, **options) as (ioc, port), ioc.serving(port=port):
         client = Visitor(*await asyncio.open_connection("127.0.0.1", port), port)
         client.send(ca.VersionRequest(0, 13))

@@ -23,8 +23,6 @@ def section(title):
 
 
 class Shell:
-    """Runs the commands of a console."""
-
     def __init__(self, directory, port, background):
         self.directory, self.background = directory, background
         self.environment = environment(port)

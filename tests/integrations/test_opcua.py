@@ -141,7 +141,6 @@ SIGN = """
 
 
 def make_certificate(folder, name):
-    """Make a client's certificate, NAME.der, and its key."""
     from asyncua.crypto.cert_gen import setup_self_signed_certificate
     from cryptography.x509.oid import ExtendedKeyUsageOID
 
@@ -152,7 +151,6 @@ def make_certificate(folder, name):
 
 
 def signing(folder, name):
-    """Return the lines with which a client signs by its own certificate."""
     return SIGN.strip().replace("FOLDER", str(folder)).replace("NAME", name)
 
 

@@ -16,8 +16,6 @@ STOPS = {
 
 
 class Watched:
-    """An axis with its state as a subscription reports it."""
-
     def __init__(self, client, model, axis):
         self.names = ("Busy", "Moving", "Arrived")
         self._node, self._client, self._base = client.get_node(f"ns=2;s={model}.{axis}"), client, f"{model}.Axes.{axis}"

@@ -40,7 +40,6 @@ def served(visit, **options):
 
 
 async def attempts(client, name, password):
-    """Return the answers to a session, its activation and a move."""
     return [
         await code(client.create_session()),
         await code(client.activate_session(name, password)),

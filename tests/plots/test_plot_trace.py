@@ -21,7 +21,6 @@ SIGNALS = ("default", "motor.RPE", "motor.RBt", "if1.state")
 
 
 def session(path: Path, target: int = 300, early_s: float = 0.0, seconds: float = 2.0) -> Path:
-    """Write a trace of an IF1 and a SmartMotor that move and exchange messages with their hosts."""
     bench = Bench()
     if1, motor = bench.add("if1"), bench.add("smartmotor", "motor", shaft={"motor": "frame23"})
     with tracing(bench, path, SIGNALS):

@@ -111,7 +111,6 @@ def test_settings_of_a_host_are_no_differences(model, words):
 
 
 def number(request, answer):
-    """Return a change of answers to one request."""
     return lambda said, got: answer(got) if said.strip() == request else got
 
 

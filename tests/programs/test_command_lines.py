@@ -16,7 +16,6 @@ from ..told import raises
 
 
 def run(tmp_path: Path, text: str, until_s: float | None = None, **options) -> tuple[RunRecord, Outcome]:
-    """Send the lines to an IF1 that has just been switched on."""
     file = tmp_path / "a.if1"
     file.write_text(text)
     bench = Bench()

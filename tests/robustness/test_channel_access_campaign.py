@@ -11,5 +11,5 @@ SCRIPT = Path(__file__).parents[2] / "benchmarks" / "robustness" / "channel_acce
 
 def test_three_hundred_bad_clients():
     pytest.importorskip("caproto", reason="caproto is not installed")
-    ended = subprocess.run([sys.executable, SCRIPT, "--clients", "300"], capture_output=True, text=True, timeout=50)
+    ended = subprocess.run([sys.executable, SCRIPT, "--clients", "300"], capture_output=True, text=True)
     assert ended.stdout.startswith("passed: seed 1: 300 clients"), ended.stdout + ended.stderr

@@ -38,8 +38,6 @@ from = "a.b"
 
 @pytest.fixture
 def scene(tmp_path: Path) -> Callable[[str], Scene]:
-    """Return a function that loads a scene from a text."""
-
     def load(text: str) -> Scene:
         (tmp_path / "s.toml").write_text(text)
         return Scene.load(tmp_path / "s.toml")

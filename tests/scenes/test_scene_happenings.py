@@ -20,8 +20,6 @@ MOTOR = '[[controller]]\nmodel = "smartmotor"\nname = "knife"\n'
 
 @pytest.fixture
 def scene(tmp_path: Path) -> Callable[..., Scene]:
-    """Return a function that loads a scene from a text, with other files in the same folder."""
-
     def load(text: str, **files: str) -> Scene:
         for name, contents in files.items():
             (tmp_path / name.replace("_", ".")).write_text(contents)

@@ -8,8 +8,6 @@ from axistwin.teaching.tutor import Tutor
 
 
 class Learner:
-    """A host with a tutor."""
-
     def __init__(self, model: str, **options) -> None:
         self.bench = Bench()
         self.controller = self.bench.add(model, **options)
@@ -180,60 +178,6 @@ def test_after_an_emergency_stop_only_the_power_resets_a_locked_if2():
         learner.controller.power(on)
         learner.bench.run(2)
     assert first_reason(learner).startswith("step 1 of the sequence waits for input1 high")
-
-
-@pytest.mark.parametrize(
-    ("model", "axis", "initial", "towards", "pin"),
-    [("if1", "X", (), "X5000@2000$", "limit_plus"), ("if1", "X", (), "X-5000@2000$", "limit_minus"),
-     ("1811", "motor", ("default_velocity_and_acceleration 00 25000 250000",), "go_relative 5000", "cw_limit"),
-     ("1811", "motor", ("default_velocity_and_acceleration 00 25000 250000",), "go_relative -5000", "ccw_limit"),
-     ("smartmotor", "shaft", ("ZS A=100 V=100000 MP",), "P=5000 G", "C"),
-     ("smartmotor", "shaft", ("ZS A=100 V=100000 MP",), "P=-5000 G", "D")],
-)  # fmt: skip
-def test_a_slide_on_its_switch_is_told_to_move_away(model, axis, initial, towards, pin):
-    learner = Learner(model, **{axis: {"limits": (-300, 2000)}})
-    if model == "if1":
-        learner.initialise()
-    for line in (*initial, towards):
-        learner.type(line)
-    before = learner.controller.pins[pin].level
-    reason = first_reason(learner)
-    assert ":drive" not in reason
-    for line in reason.partition("type  ")[2].split("  and then  "):
-        learner.type(line)
-    assert learner.controller.pins[pin].level is not before
-    assert -300 <= learner.controller.axes[axis].position <= 2000
-
-
-@pytest.mark.parametrize(
-    ("model", "pin", "bad"), [("if1", "limit_plus", False), ("if1", "estop", False), ("1811", "ccw_limit", True)]
-)
-def test_an_input_that_stops_motion_is_released_and_never_forced(model, pin, bad):
-    learner = Learner(model).initialise()
-    controller = learner.controller
-    controller.pins[pin].drive(bad)
-    assert f"type  :drive {pin} release" in first_reason(learner)
-    controller.pins[pin].release()
-    fault = learner.bench.faults.add("stuck", f"{controller.name}.{pin}", level="high" if bad else "low")
-    assert f"an injected fault holds {pin}" in first_reason(learner)
-    fault.mend()
-    controller.pins[pin].set(bad)
-    controller.pins[pin].wired = True
-    assert first_reason(learner).endswith(f"{pin} is wired: find what sets it {'high' if bad else 'low'}")
-
-
-def test_why_nothing_moves_in_an_1811():
-    learner = Learner("1811")
-    assert "31h has not been given" in first_reason(learner)
-    learner.type(first_reason(learner).partition("type  ")[2])
-    assert first_reason(learner).startswith("a move is possible")
-    learner.type("go_relative 100")
-    assert learner.controller.axes["motor"].position == 100
-    learner.controller.pins["cw_limit"].drive(True)
-    assert first_reason(learner).startswith("the plus limit is active")
-    learner.controller.pins["cw_limit"].release()
-    learner.type("51 01 01 00 00 00 00")
-    assert first_reason(learner) == "the board is in streaming mode 51h: type  indexer_mode"
 
 
 def test_why_nothing_moves_in_a_smartmotor():

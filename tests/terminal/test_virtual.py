@@ -12,7 +12,7 @@ from axistwin.terminal.virtual import SerialEnd
 
 from ..sessions.driving import drive
 
-PATIENCE_S = 60
+PATIENCE_S = 300
 
 
 def motor() -> Bench:

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 SOURCES = Path(__file__).resolve().parents[2] / "src"
-HOST_TIMEOUT_S = 50
+HOST_TIMEOUT_S = 300
 HOST = """
 import pytest, serial
 
@@ -18,7 +18,7 @@ def ask(host, text):
 
 @pytest.fixture
 def host(axistwin_port):
-    with serial.serial_for_url(axistwin_port, timeout=20) as host:
+    with serial.serial_for_url(axistwin_port, timeout=300) as host:
         yield host
 """
 WORDS = (
@@ -37,7 +37,6 @@ name = "right"
 
 @pytest.fixture
 def run(tmp_path, monkeypatch, capsys):
-    """Return a function that runs pytest on a file with these tests, and returns its exit code and its output."""
     monkeypatch.chdir(tmp_path)
     monkeypatch.setenv("PYTEST_DISABLE_PLUGIN_AUTOLOAD", "1")
     (tmp_path / "cell.toml").write_text(CELL)

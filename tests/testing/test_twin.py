@@ -17,7 +17,7 @@ from axistwin.units import S
 
 from ..told import raises
 
-HOST_TIMEOUT_S = 20
+HOST_TIMEOUT_S = 300
 SLEEP = time.sleep
 
 MOTORS = {

@@ -8,7 +8,6 @@ from vcd.reader import TokenKind, tokenize
 
 from axistwin import Bench
 from axistwin.errors import UsageError
-from axistwin.traces import trace
 from axistwin.traces.files import VcdSink
 from axistwin.traces.trace import tracing
 
@@ -16,7 +15,6 @@ from ..told import raises
 
 
 def send_and_run(bench: Bench, *messages: str) -> None:
-    """Initialise an IF1 after power-on, and send messages; run for two seconds after each."""
     bench.run(1.5)
     for message in ("(", "U61\r", *messages):
         bench["if1"].serial.write(message.encode())
@@ -117,14 +115,6 @@ def test_vcd_has_pins_and_messages(tmp_path):
     assert "axistwin" in (tmp_path / "a.vcd").read_text().split("$end")[0]
 
 
-@pytest.mark.parametrize("suffix", ["csv", "vcd"])
-def test_the_size_of_the_pieces_does_not_matter(tmp_path, monkeypatch, suffix):
-    traced(tmp_path / f"a.{suffix}", *MESSAGES)
-    monkeypatch.setattr(trace, "CHUNK", 7)
-    traced(tmp_path / f"b.{suffix}", *MESSAGES)
-    assert (tmp_path / f"a.{suffix}").read_bytes() == (tmp_path / f"b.{suffix}").read_bytes()
-
-
 def test_tracing_does_not_change_a_bench(tmp_path):
     bench = traced(tmp_path / "a.csv", *MESSAGES)
     plain = Bench()
@@ -187,7 +177,6 @@ def interrupt_in_the_middle_of_writing(bench: Bench, path: Path, monkeypatch) ->
 
 
 def interrupt(*_):
-    """Raise KeyboardInterrupt, as Ctrl-C does."""
     raise KeyboardInterrupt
 
 

@@ -18,7 +18,6 @@ SESSIONS = [text for language, text in BLOCKS if language == "console"]
 
 @pytest.fixture
 def directory(tmp_path, monkeypatch):
-    """Return a directory with the two traces of the page."""
     monkeypatch.chdir(tmp_path)
     for program in (PROGRAM, PROGRAM.replace("moves.csv", "others.csv").replace("X3@", "X4@")):
         exec(compile(program, "docs/traces.md", "exec"), {})
