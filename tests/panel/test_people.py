@@ -3,6 +3,8 @@
 import asyncio
 from functools import partial
 
+import pytest
+
 from axistwin import Session
 from axistwin.panel import page as page_module
 from axistwin.panel import people
@@ -11,6 +13,14 @@ from axistwin.panel.page import Visits, build_page
 from axistwin.panel.people import People
 
 from .showing import bench_of, stage
+
+
+@pytest.fixture
+def now(monkeypatch):
+    """Return a list with the time, which the test sets."""
+    now = [0.0]
+    monkeypatch.setattr(people, "monotonic", lambda: now[0])
+    return now
 
 
 def test_the_first_to_come_drives_and_comes_back_as_the_driver():
@@ -33,9 +43,7 @@ def test_taking_over_is_told_to_everybody_once():
     assert those.driver is those["a"]
 
 
-def test_a_driver_who_has_gone_for_long_is_replaced_by_who_comes(monkeypatch):
-    now = [0.0]
-    monkeypatch.setattr(people, "monotonic", lambda: now[0])
+def test_a_driver_who_has_gone_for_long_is_replaced_by_who_comes(now):
     those = People()
     first = those["a"]
     first.came()
@@ -49,9 +57,7 @@ def test_a_driver_who_has_gone_for_long_is_replaced_by_who_comes(monkeypatch):
     assert those["b"] is those.driver
 
 
-def test_a_reload_within_that_time_keeps_the_wheel(monkeypatch):
-    now = [0.0]
-    monkeypatch.setattr(people, "monotonic", lambda: now[0])
+def test_a_reload_within_that_time_keeps_the_wheel(now):
     those = People()
     first = those["a"]
     first.came()
@@ -76,9 +82,7 @@ def test_names_can_be_changed_but_not_to_nothing():
     assert len(person.name) == people.LONGEST_NAME
 
 
-def test_people_who_left_are_forgotten(monkeypatch):
-    now = [0.0]
-    monkeypatch.setattr(people, "monotonic", lambda: now[0])
+def test_people_who_left_are_forgotten(now):
     those = People()
     first, second = those["a"], those["b"]
     second.came()
@@ -89,9 +93,7 @@ def test_people_who_left_are_forgotten(monkeypatch):
     assert those["b"] is second
 
 
-def test_of_very_many_who_left_the_latest_are_remembered(monkeypatch):
-    now = [0.0]
-    monkeypatch.setattr(people, "monotonic", lambda: now[0])
+def test_of_very_many_who_left_the_latest_are_remembered(now):
     those = People()
     for number in range(people.REMEMBERED + 50):
         now[0] = 0.1 * number
