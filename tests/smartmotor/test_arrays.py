@@ -5,7 +5,7 @@ from hypothesis import strategies as st
 
 from axistwin import Bench
 
-from .playing import play, scripts
+from .scripts import play, scripts
 from .talking import ready, send, value
 
 LETTERS = "abcdefghijklmnopqrstuvwxyz"

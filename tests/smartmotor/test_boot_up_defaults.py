@@ -5,7 +5,7 @@ import pytest
 from axistwin import Bench
 from axistwin.bench import Controller
 
-from .playing import play, scripts
+from .scripts import play, scripts
 from .talking import bare, send, value
 
 BS = 8192

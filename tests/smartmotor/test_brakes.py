@@ -3,7 +3,7 @@
 from axistwin import Bench
 from axistwin.bench import Controller
 
-from .playing import play, scripts
+from .scripts import play, scripts
 from .talking import send
 
 MOVE = "A=65536 V=100*65536 P=20 G"  # a move of 1+2+3+4+4+3+2+1 = 20 counts in eight samples

@@ -5,8 +5,8 @@ from hypothesis import strategies as st
 
 from axistwin import Bench
 
-from .playing import play, scripts
 from .scenarios import EXAMPLE, TABLE, cam, relative, start_cam, turn_through, turn_to
+from .scripts import play, scripts
 from .talking import SAMPLE_NS, advance, ready, send, value
 
 FIGURE = {

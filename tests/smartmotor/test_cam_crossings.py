@@ -1,7 +1,7 @@
 """9.2, 9.3, 9.5: crossings of the zero point, in both directions and with each kind of cam."""
 
-from .playing import play, scripts
 from .scenarios import cam, start_cam, turn_to
+from .scripts import play, scripts
 from .talking import send
 
 

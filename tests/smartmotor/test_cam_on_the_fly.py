@@ -7,8 +7,8 @@ from hypothesis import strategies as st
 from axistwin import Bench
 from axistwin.bench import Controller
 
-from .playing import play, scripts
 from .scenarios import cam, start_cam, turn_to
+from .scripts import play, scripts
 from .talking import SAMPLE_NS, advance, load, ready, send, value
 
 OLD = "turn 11000 12000 18000 18100 20000 21000: 750 1000 1000 1000 1000 1250"

@@ -1,8 +1,8 @@
 """Decisions of docs/fidelity.md on limits, faults, functions, the brake's pin, cam and host mode."""
 
 from .bits import BE, BL, BM, BO, BP, BR
-from .playing import play, scripts
 from .scenarios import points, position
+from .scripts import play, scripts
 
 CRUISE = "A=65536 V=65536*10 MV G"  # one count per sample², ten counts per sample
 COUNTING = "WHILE 1 a=a+1 LOOP "

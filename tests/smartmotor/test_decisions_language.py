@@ -1,6 +1,6 @@
 """Decisions of docs/fidelity.md on the language and programs, not covered by a chapter's tests."""
 
-from .playing import play, scripts
+from .scripts import play, scripts
 from .talking import run, values
 from .test_check import shown
 

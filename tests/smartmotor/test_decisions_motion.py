@@ -3,9 +3,9 @@
 from axistwin.controllers.smartmotor.kernel import machine, state
 from axistwin.plant.servo import FRAME17
 
-from .playing import play, scripts
 from .rig import Rig
 from .scenarios import cam, clock, points
+from .scripts import play, scripts
 from .talking import UNIT
 
 LEAVE = f"Zr A={UNIT} V={-10 * UNIT} MV G"

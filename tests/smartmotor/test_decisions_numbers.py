@@ -1,7 +1,7 @@
 """Decisions of docs/fidelity.md on numbers that a motor is given at an unusual moment or with an unusual sign."""
 
-from .playing import play, scripts
 from .scenarios import clock, points, position
+from .scripts import play, scripts
 from .talking import UNIT, ask, ready, send, value
 
 CAM = "MF4 F=16 D=0 BASE=8 SIZE=8 aw[0] 0 10 20 30 40 50 60 70 80. MV V=0 G"

@@ -7,7 +7,7 @@ import pytest
 from axistwin import Bench
 from axistwin.bench import Controller
 
-from .playing import play, scripts
+from .scripts import play, scripts
 from .talking import SAMPLE_NS, ask, ready, send
 
 MOTORS = ["frame17", "frame23", "frame34"]

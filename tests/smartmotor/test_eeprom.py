@@ -4,7 +4,7 @@ import json
 
 from axistwin import Bench
 
-from .playing import play, scripts
+from .scripts import play, scripts
 from .talking import ask, ready, send
 
 

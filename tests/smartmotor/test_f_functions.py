@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from axistwin import Bench
 from axistwin.bench import Controller
 
-from .playing import play, scripts
+from .scripts import play, scripts
 from .talking import advance, ask, ready, send, wired
 
 CRUISE = "A=65536 V=65536*10 MV G"  # one count per sample², ten counts per sample

@@ -11,8 +11,8 @@ from axistwin import Bench
 
 from . import talking
 from .bits import BA, BE, BI, BO, BP, BR, BT
-from .playing import play, scripts
 from .scenarios import open_limit
+from .scripts import play, scripts
 from .talking import SAMPLE_NS, UNIT, ask, load, ready, send, steps, wired
 
 status_word = partial(talking.status_word, ignored=BI | BA)

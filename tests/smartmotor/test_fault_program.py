@@ -4,7 +4,7 @@ from functools import partial
 
 from . import talking
 from .bits import BA, BE, BI, BL, BM, BO, BP, BR, BS
-from .playing import play, scripts
+from .scripts import play, scripts
 from .talking import UNIT, advance, ask, load, ready, send
 
 status_word = partial(talking.status_word, ignored=BI | BA)

@@ -1,6 +1,6 @@
 """Program flow with a host: RUN, END, GOSUB, interrupts (8 of the base language; 4.1 and 7.0 of the manual)."""
 
-from .playing import play, scripts
+from .scripts import play, scripts
 from .talking import ask, load, ready, send
 
 

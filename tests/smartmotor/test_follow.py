@@ -9,8 +9,8 @@ from hypothesis import strategies as st
 
 from axistwin import Bench
 
-from .playing import play, scripts
 from .scenarios import turn_to
+from .scripts import play, scripts
 from .talking import SAMPLE_NS, ready, send
 
 QUADRATURE = ("A high; B low", "A high; B high", "A low; B high", "A low; B low")

@@ -8,8 +8,8 @@ from hypothesis import strategies as st
 
 from axistwin import Bench
 
-from .playing import play, scripts
 from .scenarios import clock, points, position, start_host_mode
+from .scripts import play, scripts
 from .talking import advance, positions, ready, send
 
 # the example of 10.1, byte by byte

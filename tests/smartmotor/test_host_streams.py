@@ -5,8 +5,8 @@ from hypothesis import strategies as st
 
 from axistwin import Bench
 
-from .playing import play, scripts
 from .scenarios import clock, points, position, start_host_mode
+from .scripts import play, scripts
 from .talking import SAMPLE_NS, advance, positions, ready, send
 
 SEGMENTS = st.lists(st.tuples(st.sampled_from([1, 7, 16, 64, 100]), st.integers(-500, 500)), min_size=1, max_size=12)

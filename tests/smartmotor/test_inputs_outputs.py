@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from axistwin import AxistwinError, Bench
 
-from .playing import play, scripts
+from .scripts import play, scripts
 from .talking import ask, ready, send
 
 PINS = "ABCDEFG"

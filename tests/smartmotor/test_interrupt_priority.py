@@ -5,8 +5,8 @@ import pytest
 from axistwin import Bench
 from axistwin.bench import Controller
 
-from .playing import play, scripts
 from .scenarios import COUNTING, delays, trigger
+from .scripts import play, scripts
 from .talking import advance, ask, load, ready, run, values, wired
 
 # Both at once

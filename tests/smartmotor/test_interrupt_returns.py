@@ -1,7 +1,7 @@
 """Chapter 7: returns from C1 and C2, and further calls of C2."""
 
-from .playing import play, scripts
 from .scenarios import main_with
+from .scripts import play, scripts
 
 DEEP = "".join(f"C{n} / GOSUB{n + 1} / WHILE 1 / LOOP / RETURN / " for n in range(10, 19))
 

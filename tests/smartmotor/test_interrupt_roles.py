@@ -6,8 +6,8 @@ from hypothesis import strategies as st
 
 from axistwin import Bench
 
-from .playing import play, scripts
 from .scenarios import main_with
+from .scripts import play, scripts
 from .talking import SAMPLE_NS, advance, ready, run, send, value
 
 

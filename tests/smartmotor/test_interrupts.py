@@ -1,7 +1,7 @@
 """Chapter 7: F=32 calls C1 at a fault, F=64 calls C2 at a falling edge of pin G."""
 
-from .playing import play, scripts
 from .scenarios import COUNTING
+from .scripts import play, scripts
 from .talking import advance, ready, run, send, values
 
 

@@ -2,7 +2,7 @@
 
 import pytest
 
-from .playing import play, scripts
+from .scripts import play, scripts
 from .talking import load, send
 
 PINS = "ABCDEFG"

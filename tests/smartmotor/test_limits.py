@@ -8,7 +8,7 @@ from axistwin import Bench
 from axistwin.bench import Controller
 
 from .bits import BL, BM, BO, BP, BR
-from .playing import play, scripts
+from .scripts import play, scripts
 from .talking import UNIT, advance, send, status_word
 
 PINS = {"C": (BR, BP, +1, "Zr", "UCI"), "D": (BL, BM, -1, "Zl", "UDI")}

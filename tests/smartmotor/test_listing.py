@@ -10,8 +10,8 @@ from axistwin import Bench, tracing
 from axistwin.bench import Controller
 from axistwin.controllers.smartmotor.kernel import state
 
-from .playing import play, scripts
 from .reference.inventing import program as invented
+from .scripts import play, scripts
 from .talking import SAMPLE_NS, advance, ask, load, ready, send, wired
 
 

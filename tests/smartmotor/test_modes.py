@@ -8,8 +8,8 @@ from hypothesis import strategies as st
 
 from axistwin import Bench
 
-from .playing import play, scripts
 from .scenarios import points
+from .scripts import play, scripts
 from .talking import SAMPLE_NS, advance, positions, ready, send, value
 
 FAST = "A=100*65536 V=100*65536 "

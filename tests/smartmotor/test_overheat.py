@@ -8,7 +8,7 @@ from axistwin.bench import Controller
 
 from . import talking
 from .bits import BA, BH, BI, BO, BX
-from .playing import play, scripts
+from .scripts import play, scripts
 from .talking import UNIT, advance, ask, ready, send
 
 status_word = partial(talking.status_word, ignored=BI | BX | BA)

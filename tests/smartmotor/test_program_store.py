@@ -10,7 +10,7 @@ from axistwin.controllers.smartmotor.language.language import Statement, read
 from axistwin.errors import UsageError
 from axistwin.units import S
 
-from .playing import play, scripts
+from .scripts import play, scripts
 from .talking import END, ask, bare, clear, load, ready, send, upload
 
 COUNTING = "a=1 'counts\nWHILE a<5\n  a=a+1\nLOOP\nEND\n"

@@ -6,8 +6,8 @@ from hypothesis import strategies as st
 from axistwin import Bench
 from axistwin.bench import Controller
 
-from .playing import play, scripts
 from .scenarios import points
+from .scripts import play, scripts
 from .talking import clear, load, ready, send
 
 CHARACTER_S = 10 / 9600

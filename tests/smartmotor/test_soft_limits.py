@@ -3,7 +3,7 @@
 import pytest
 
 from .bits import BL, BM, BO, BP, BR
-from .playing import play, scripts
+from .scripts import play, scripts
 from .talking import UNIT, ask, send, status_word
 
 

@@ -6,7 +6,7 @@ from hypothesis import strategies as st
 from axistwin import Bench
 from axistwin.bench import Controller
 
-from .playing import play, scripts
+from .scripts import play, scripts
 from .talking import UNIT, ask, ready, send
 
 BITS = {letter: 1 << bit for bit, letter in enumerate("trliwehoxpmdusak")}

@@ -5,7 +5,7 @@ import pytest
 from axistwin import Bench
 from axistwin.errors import UsageError
 
-from .playing import play, scripts
+from .scripts import play, scripts
 from .talking import clear, ready, send
 
 FRAME23 = {"motor": "frame23"}  # 48 V

@@ -6,7 +6,7 @@ from hypothesis import strategies as st
 
 from axistwin.controllers.smartmotor.kernel.trajectory import max_stoppable_speed, next_velocity, stopping_distance
 
-from .playing import play, scripts
+from .scripts import play, scripts
 from .talking import positions, send
 
 
