@@ -1,4 +1,4 @@
-"""Asynchronous tests of sessions run on an event loop with a fake clock."""
+"""Asynchronous tests of sessions run on an event loop with a fake clock, or as their module's `run` says."""
 
 from inspect import iscoroutinefunction
 
@@ -11,5 +11,6 @@ from .driving import drive
 def pytest_pyfunc_call(pyfuncitem: pytest.Function) -> bool | None:
     if not iscoroutinefunction(pyfuncitem.obj):
         return None
-    drive(pyfuncitem.obj(**{name: pyfuncitem.funcargs[name] for name in pyfuncitem._fixtureinfo.argnames}))
+    arguments = {name: pyfuncitem.funcargs[name] for name in pyfuncitem._fixtureinfo.argnames}
+    getattr(pyfuncitem.module, "run", drive)(pyfuncitem.obj(**arguments))
     return True

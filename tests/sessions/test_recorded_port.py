@@ -8,9 +8,7 @@ from axistwin.errors import UsageError
 from axistwin.sessions import RecordedBus, RecordedPort
 from axistwin.sim.clock import Clock
 from axistwin.sim.frames import UartFormat
-from axistwin.sim.pins import Pin
 from axistwin.sim.registers import CONTROL, DATA, NOBODY_DRIVES, Init, ReadData, RegisterPort, WriteRegister
-from axistwin.sim.serial import Uart
 from axistwin.sim.serial_port import (
     X_OFF,
     X_ON,
@@ -18,36 +16,25 @@ from axistwin.sim.serial_port import (
     Flow,
     Hold,
     SendBreak,
-    SerialPort,
     SetFlow,
     SetFormat,
     SetLine,
     Write,
 )
-from axistwin.sim.wirings import direct
 
-FORMAT = UartFormat(9600, 8, "N", 1)
+from ..sim import test_serial_port as serial
+from ..sim.test_serial_port import FORMAT, FRAME
+
 SLOW = UartFormat(4800, 8, "N", 1)
-FRAME = FORMAT.frame_ns
 
 
-class Device:
-    """A UART with a DTR line, and the characters that it has received; `port` is the recorded port of its host."""
+class Device(serial.Device):
+    """A device whose `port` is the recorded port of its host."""
 
     def __init__(self, instant=False):
-        self.clock, self.heard, self.times, self.acts = Clock(), b"", [], []
-        self.dtr = Pin(self.clock, "dtr", True)
-        self.uart = Uart(self.clock, FORMAT, on_receive=self._take)
-        self.raw = SerialPort(self.clock, direct(self.uart, instant=instant), self.dtr, line=FORMAT)
+        super().__init__(instant)
+        self.raw, self.acts = self.port, []
         self.port = RecordedPort(self.raw, lambda act: self.acts.append((self.clock.now, act)))
-
-    def _take(self, byte, errors):
-        self.heard += bytes([byte])
-        self.times.append((self.clock.now, errors))
-
-    def run(self, frames):
-        self.clock.run_to(self.clock.now + frames * FRAME + FRAME // 10)
-        return self.heard
 
     @property
     def recorded(self):
