@@ -113,6 +113,9 @@ def test_the_three_laws(bench, board, algorithm, gain, error, rate, sign):
         "an 1810 has no deadband": "tracked 1810; B5 00 00 00 05; 0F 00 80 FF; 0.1 s; SB & 1 is 0",
         "a continuous move is not and where it ends is the desired position":
         "tracked; 18 01; 32 00; 1 s; 78; mark; at over 4000; 1 s; moved 0; 99: 0",
+        "the deadband is shown: Only after B5h is the deadband shown, here five encoder pulses to each side":
+        "tracked; 0F 00 80 FF; SB & 1 is 0; B5 AB CD 00 05; displace 0; SB & 1 is 1; displace 5; SB & 1 is 1; "
+        "displace 1; SB & 1 is 0; displace -11; SB & 1 is 1; displace -1; SB & 1 is 0",
     }
 )  # fmt: skip
 def test_position_maintenance(bench, script):
@@ -153,18 +156,6 @@ def test_it_costs_nothing_while_there_is_no_error_and_no_motion(bench, board):
     assert bench.clock.next_event_ns() is None
     send(bench, board, 0x35, *i32(400), seconds=20)
     assert bench.clock.next_event_ns() is None
-
-
-def test_the_deadband_is_shown(bench):
-    """Only after B5h is the deadband shown, here five encoder pulses to each side."""
-    board = tracked(bench)
-    send(bench, board, 0x0F, 0, 0x80, 0xFF)
-    seen = [board.bus.read(1) & USER_BIT]
-    send(bench, board, 0xB5, 0xAB, 0xCD, 0, 5)
-    for counts in (0, 5, 1, -11, -1):
-        push(board, counts)
-        seen.append(board.bus.read(1) & USER_BIT)
-    assert seen == [0, 1, 1, 0, 1, 0]
 
 
 @pytest.mark.parametrize("last", [(0x0F, 0, 0x80, 0xFF), (0xB5, 0, 0, 0, 5)], ids=["0Fh", "B5h"])

@@ -6,6 +6,8 @@ from axistwin.bench import terminals
 from axistwin.errors import UsageError
 from axistwin.plant.switches import PositionSwitch, in_series
 
+from ..scripts import scripts
+from .scripts import play
 from .talking import ask, complete, default, i32, position, ready, send, send_all, until_idle
 
 ENCODER = {"counts_per_rev": 4000, "pulses_per_rev": 25_000}  # 0.16 counts a pulse
@@ -25,26 +27,19 @@ def go(bench, board, pulses):
 # Channel Z
 
 
-@pytest.mark.parametrize(
-    ("pulses", "level"),
-    [(6, True), (7, False), (24_999, False), (25_000, True), (25_006, True), (25_007, False), (-1, False)],
-)
-def test_the_mark_comes_once_in_a_revolution(bench, pulses, level):
-    """Encoder interface: "gives its home indication once per revolution": one count wide, i.e. pulses 0 to 6."""
-    board = encoder_board(bench)
-    go(bench, board, pulses)
-    assert board.pins["channel_z"].level is level
-    assert ask(bench, board, 0x96)[1] == (0xFF if level else 0)
-
-
-def test_a_mark_elsewhere_and_wider(bench):
-    """A mark on counts 10 to 12 begins at pulse 63 and ends at pulse 81 (62.5 to 81.25)."""
-    board = encoder_board(bench, encoder={**ENCODER, "index": 10, "index_counts": 3})
-    found = []
-    for pulses in (62, 1, 18, 1):
-        go(bench, board, pulses)
-        found.append(board.pins["channel_z"].level)
-    assert found == [False, True, True, False]
+@scripts(
+    {
+        'Encoder interface: "gives its home indication once per revolution": one count wide, i.e. pulses 0 to 6':
+        "1811 motor={'encoder':{'counts_per_rev':4000,'pulses_per_rev':25000}}; default 1000 at_once; 33 ={6|7|24999|"
+        "25000|25006|25007|-1}; idle; channel_z is {high|low|low|high|high|low|low}; 96 -> {FF|00|00|FF|FF|00|00}",
+        "a mark elsewhere and wider: a mark on counts 10 to 12 begins at pulse 63 and ends at pulse 81 (62.5 to 81.25)":
+        "1811 motor={'encoder':{'counts_per_rev':4000,'pulses_per_rev':25000,'index':10,'index_counts':3}}; "
+        "default 1000 at_once; 33 =62; idle; channel_z is low; 33 =1; idle; channel_z is high; 33 =18; idle; "
+        "channel_z is high; 33 =1; idle; channel_z is low",
+    }
+)  # fmt: skip
+def test_encoder_outputs(bench, script):
+    play(bench, script)
 
 
 def test_an_encoder_that_is_pushed_or_slips_takes_its_mark_along(bench):

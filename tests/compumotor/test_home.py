@@ -6,7 +6,7 @@ from axistwin.plant.switches import PositionSwitch, in_series
 
 from ..scripts import scripts
 from .scripts import play
-from .talking import ask, default, i32, messages, position, ready, send, send_all
+from .talking import ask, default, messages, position, ready, send, send_all
 
 CW, CCW = +1, -1
 WIDTH = 400  # half of the active region, in pulses
@@ -127,41 +127,20 @@ def test_a_limit_reverses_the_search_and_the_second_one_ends_it(bench):
         "until output1 is low; 0.01 s; at 0; moves 1",
         "without default velocity or definition nothing happens": "38 01 00 05 00; 39 00; 1 s; moves 1",
         "an 1810 has no encoder home": "1810; default 10000 200000; 38 01 00 05 00; 18 01; 3A 00; 1 s; at 0",
+        "a percentage out of range leaves home undefined":
+        "1811 motor={'limits':(-9000,3000),'home':(-3400,-2600)}; default 10000 200000; 38 01 00 {00|65} 00; 39 01; "
+        "2 s; at 0",
+        "not while moving":
+        "1811 motor={'limits':(-9000,3000),'home':(-3400,-2600)}; default 10000 200000; 38 01 00 05 00; 32 00; 0.1 s; "
+        "39 01; 0.1 s; velocity 10000",
+        "in a streaming mode and in a sequence":
+        "1811 motor={'limits':(-9000,3000),'home':(-3400,-2600)}; default 10000 200000; 51 01 01 00 00 00 00; "
+        "38 01 00 05 01; 0F 03 02 01; 39 01; until output1 is low; 0.01 s; at -2601; 50; D9 01; 38 01 01 05 00; "
+        "39 01; 33 =100; D8; 0F 03 03 01; 41 01; until output1 is low; at -3299; 82: 100",
     }
 )  # fmt: skip
 def test_home(bench, script):
     play(bench, script)
-
-
-@pytest.mark.parametrize("percent", [0, 101])
-def test_a_percentage_out_of_range_leaves_home_undefined(bench, percent):
-    board, _ = machine(bench, 3_000)
-    define(bench, board, CW, CW, percent=percent)
-    send(bench, board, 0x39, 1, seconds=2)
-    assert board.axes["motor"].position == 0
-
-
-def test_not_while_moving(bench):
-    board, _ = machine(bench, 3_000)
-    define(bench, board, CW, CW)
-    send(bench, board, 0x32, 0, seconds=0.1)
-    send(bench, board, 0x39, 1, seconds=0.1)
-    assert board.axes["motor"].velocity == 10_000
-
-
-def test_in_a_streaming_mode_and_in_a_sequence(bench):
-    board, centre = machine(bench, 3_000)
-    send(bench, board, 0x51, 1, 1, 0, 0, 0, 0)
-    define(bench, board, CW, CCW)
-    search(bench, board, minus=1)
-    assert board.axes["motor"].position == centre + WIDTH - 1
-    send(bench, board, 0x50)
-    for command in ((0xD9, 1), (0x38, 1, 1, 5, 0), (0x39, 1), (0x33, *i32(100)), (0xD8,)):
-        send(bench, board, *command)
-    send_all(bench, board, (0x0F, 3, 3, 1), (0x41, 1))
-    done(bench, board)
-    assert board.axes["motor"].position == centre - WIDTH + 1 + 100
-    assert position(bench, board, 0x82) == 100
 
 
 @pytest.mark.parametrize(("opcode", "velocity"), [(0x70, 0), (0x78, 0), (0x73, -10_000)])
