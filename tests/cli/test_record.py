@@ -174,6 +174,7 @@ def test_hardware_that_goes_away_ends_it_and_the_recording_is_there(tmp_path):
         served.add(line=None, initialised=False, **QUICK)
         url = served.open(served.bench["if1"])
         with recorder("--serial", f"socket://{url.address}", "-o", tmp_path / "a.talk") as (program, _):
+            served.until(lambda: served.server.client("if1"))
             served.do(served.server.close)
             _, words = program.communicate(timeout=PATIENCE_S)
     assert program.returncode == 2
