@@ -2,14 +2,15 @@
 
 import subprocess
 import sys
-from pathlib import Path
 
 import pytest
 
-SCRIPT = Path(__file__).parents[2] / "benchmarks" / "robustness" / "channel_access.py"
+from ..campaigns import ROBUSTNESS
 
 
 def test_three_hundred_bad_clients():
     pytest.importorskip("caproto", reason="caproto is not installed")
-    ended = subprocess.run([sys.executable, SCRIPT, "--clients", "300"], capture_output=True, text=True)
+    ended = subprocess.run(
+        [sys.executable, ROBUSTNESS / "channel_access.py", "--clients", "300"], capture_output=True, text=True
+    )
     assert ended.stdout.startswith("passed: seed 1: 300 clients"), ended.stdout + ended.stderr

@@ -1,9 +1,6 @@
 """A small instance of `benchmarks/robustness/mutated_files.py`, and each file that once ended in a traceback."""
 
-import importlib.util
 import json
-import sys
-from pathlib import Path
 
 import pytest
 
@@ -14,19 +11,16 @@ from axistwin.editor.smartmotor import SourceEditing
 from axistwin.errors import ProgramError, SceneError, TraceError, UsageError
 from axistwin.traces.reading import read
 
+from ..campaigns import campaign
+
 pa = pytest.importorskip("pyarrow")
 pq = pytest.importorskip("pyarrow.parquet")
 pytest.importorskip("pygls")
-SCRIPT = Path(__file__).parents[2] / "benchmarks" / "robustness" / "mutated_files.py"
 
 
 @pytest.fixture(scope="module")
 def mutated_files():
-    spec = importlib.util.spec_from_file_location("mutated_files", SCRIPT)
-    module = importlib.util.module_from_spec(spec)
-    sys.modules["mutated_files"] = module  # where dataclasses look up a module
-    spec.loader.exec_module(module)
-    return module
+    return campaign("mutated_files")
 
 
 @pytest.mark.parametrize("kind", ["toml", "talk", "if1", "181x", "sms", "parquet", "vcd", "csv", "state"])

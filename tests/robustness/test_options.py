@@ -1,8 +1,6 @@
 """A small instance of `benchmarks/robustness/options.py`, and files that once ended in a traceback or never ended."""
 
-import importlib.util
 import os
-import sys
 from pathlib import Path
 
 import pytest
@@ -12,24 +10,19 @@ from axistwin.controllers.smartmotor.kernel.core import Engine
 from axistwin.errors import TraceError
 from axistwin.traces.reading import read
 
+from ..campaigns import campaign
 from ..command import refused, run
-
-SCRIPT = Path(__file__).parents[2] / "benchmarks" / "robustness" / "options.py"
 
 
 @pytest.mark.parametrize("what", ["options", "scenes"])
 def test_three_hundred_cases(tmp_path, monkeypatch, what):
-    spec = importlib.util.spec_from_file_location("robustness_options", SCRIPT)
-    module = importlib.util.module_from_spec(spec)
-    monkeypatch.setitem(sys.modules, spec.name, module)
-    spec.loader.exec_module(module)
     monkeypatch.setattr(Engine, "_compiled", lambda engine: None)  # a compilation takes longer than the time limit
     monkeypatch.chdir(tmp_path)
-    campaign = module.Campaign(1811, tmp_path)
-    campaign.run(300, what)
-    assert campaign.found == []
-    assert campaign.ends[f"{what} used"] > 15
-    assert campaign.ends[f"{what} refused"] > 100
+    cases = campaign("options").Campaign(1811, tmp_path)
+    cases.run(300, what)
+    assert cases.found == []
+    assert cases.ends[f"{what} used"] > 15
+    assert cases.ends[f"{what} refused"] > 100
 
 
 CHAIN = """

@@ -1,8 +1,6 @@
 """External actions in the same nanosecond, in any order, on any model, whatever the model is doing."""
 
 import ast
-import importlib.util
-import sys
 from pathlib import Path
 
 import pytest
@@ -13,21 +11,13 @@ import axistwin
 from axistwin import Bench
 from axistwin.sim.pins import connect
 
+from .. import campaigns
 from ..digiplan.talking import ask, initialise, ready, write
 
-SCRIPT = Path(__file__).parents[2] / "benchmarks" / "robustness" / "same_instant.py"
 SOURCES = Path(axistwin.__file__).parent
 
 
-def _campaign():
-    spec = importlib.util.spec_from_file_location("same_instant", SCRIPT)
-    module = importlib.util.module_from_spec(spec)
-    sys.modules["same_instant"] = module
-    spec.loader.exec_module(module)
-    return module
-
-
-campaign = _campaign()
+campaign = campaigns.campaign("same_instant")
 
 
 @st.composite

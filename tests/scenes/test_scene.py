@@ -137,172 +137,79 @@ def test_each_build_returns_a_new_bench(scene):
     assert made.build() is not made.build()
 
 
-WRONG = {
-    "nothing": ("", "1:1: 'controller' is missing: add [[controller]]"),
-    "no TOML": ("[[controller]]\nmodel = if1\n", "2:9: not TOML: invalid value"),
-    "no TOML at the end": ("x", "1:2: not TOML: expected '=' after a key in a key/value pair"),
-    "a misspelt table": (
-        '[[controler]]\nmodel = "if1"',
-        "1:1: unknown key 'controler': did you mean 'controller'? (and 1",
-    ),
-    "no model": ("[[controller]]", "1:1: 'model' is missing: add model = …"),
-    "an unknown model": (controllers("if9"), "2:1: no model 'if9': expected one of if1, if2"),
-    "a misspelt model": (
-        controllers("smartmotr", more='axes.shaft.motor = "frame17"'),
-        "2:1: no model 'smartmotr': expected one of if1, if2, 1810, 1811, smartmotor; did you mean 'smartmotor'?",
-    ),
-    "a misspelt key": (controllers("if1", more="prots = []"), "3:1: unknown key 'prots': did you mean 'ports'?"),
-    "a key like no other": (
-        controllers("if1", more="zzz = 1"),
-        "3:1: unknown key 'zzz': expected one of model, name, line",
-    ),
-    "a line format": (
-        controllers("if1", more="line = 'fast'"),
-        "3:1: invalid baud rate or character format 'fast': expected e.g. '9600 8N2', or 'instant'",
-    ),
-    "a misspelt option": (
-        controllers("if1", more="options.wirring = 1"),
-        "3:1: unknown key 'wirring' in options: did you",
-    ),
-    "an option's value": (
-        controllers("if1", more="options = {busy = 'hold', wiring = '4'}"),
-        "3:27: wiring='4': expected one of '5-wire'",
-    ),
-    "an axis": (
-        controllers("if1", more="axes.W.limits = [1, 2]"),
-        "3:1: unknown key 'W' in axes: expected one of X, Y, Z",
-    ),
-    "a key of an axis": (controllers("if1", more="axes.X.limit = [1, 2]"), "3:1: unknown key 'limit': did you mean 'l"),
-    "one limit": (controllers("if1", more="axes.X.limits = [1]"), "3:1: controller.axes.X.limits: expected two num"),
-    "limits in words": (
-        controllers("if1", more="axes.X.limits = [1, 'b']"),
-        "3:21: controller.axes.X.limits: 'b' is not a position: expected e.g. 1000, not \"b\"",
-    ),
-    "limits crossed": (
-        controllers("if1", more="axes.X.limits = [2, 1]"),
-        "3:1: controller.axes.X.limits: expected the",
-    ),
-    "a home switch": (
-        controllers("if1", more="axes.X.home = [0, 9]"),
-        "3:1: if1 has no home input: leave out the option `home`",
-    ),
-    "a motor's key": (controllers("if1", more="axes.X.motor = {pull = 3}"), "3:1: 'torque' is missing: add torque = …"),
-    "a port": (controllers("if1", more="ports = ['tcp:/x']"), "3:10: invalid address 'tcp:/x': expected ADDRESS:PORT"),
-    "two of a name": (controllers("if1", "if1"), "4:1: two controllers have the name 'if1': expected different names"),
-    "a name with a blank": (
-        controllers("if1", more="name = 'a b'"),
-        "3:1: controller.name: expected only letters, dig",
-    ),
-    "two things": (
-        controllers("if1", more="name = 3\nline = 4"),
-        "3:1: controller.name: input should be a valid string",
-    ),
-    "half a wire": (controllers("if1", more="[[wire]]\nfrom = 'if1.led'"), "3:1: 'to' is missing: add to = …"),
-    "a wire from nowhere": (
-        controllers("if1", more="[[wire]]\nfrom = 'led'\nto = 'if1.input1'"),
-        "4:1: invalid terminal 'led': expected CONTROLLER.PIN, e.g. if1.output1",
-    ),
-    "a wire from nobody": (
-        controllers("if1", more="[[wire]]\nfrom = 'if2.led'\nto = 'if1.input1'"),
-        "4:1: the scene has no controller 'if2': did you mean 'if1'?",
-    ),
-    "a wire to no pin": (
-        controllers("if1", more="[[wire]]\nfrom = 'if1.led'\nto = 'if1.input4'"),
-        "5:1: if1 has no pin 'input4': did you mean 'input3'?",
-    ),
-    "two wires to a pin": (
-        controllers("if1", more="[[wire]]\nfrom = 'if1.led'\nto = 'if1.input1'\n" * 2),
-        "8:1: if1.input1 already has a wire from if1.led",
-    ),
-    "wires in a circle": (
-        controllers(
-            "if1",
-            more="[[wire]]\nfrom = 'if1.input1'\nto = 'if1.input2'\n[[wire]]\nfrom = 'if1.input2'\nto = 'if1.input1'",
-        ),
-        "8:1: the wires form a loop through if1.input1: remove one",
-    ),
-    "a delay for ever": (
-        controllers("if1", more="[[wire]]\nfrom = 'if1.led'\nto = 'if1.input1'\ndelay_ms = inf"),
-        "6:1: inf s is too long: expected less than 292 years",
-    ),
-    "a script after the end of time": (
-        controllers("if1", more="[[script]]\nat = 1e300\ndo = 'power off'"),
-        "4:1: 1e+300 s is too long: expected less than 292 years",
-    ),
-    "a history of everything": (
-        controllers("if1", more=f"history = {10**30}"),
-        "3:1: controller.history: input should be less than or equal to 1000000000",
-    ),
-    "a number of many digits": (
-        controllers("if1", more="history = " + 5000 * "9"),
-        "3:5011: not TOML: exceeds the limit",
-    ),
-    "lists in lists": (
-        controllers("if1", more="options = " + 5000 * "[" + 5000 * "]"),
-        "3:10011: not TOML: ",
-    ),
-    "lists in lists, but not so many": (
-        controllers("if1", more="options.a = " + 300 * "[" + 300 * "]"),
-        "3:613: not TOML: tables or lists are nested too deeply: expected at most 50",
-    ),
-    "a motor without a number": (
-        controllers("if1", more="axes.X.motor = {torque = [[0, nan]]}"),
-        "3:1: controller.axes.X.motor: invalid torque curve: expected torques of 0 N·m or more",
-    ),
-    "a wire into an output": (
-        controllers("if1", more="[[wire]]\nfrom = 'if1.led'\nto = 'if1.output1'"),
-        "5:1: if1.output1 is an output: expected a wire that ends at an input",
-    ),
-    "a wire into a brake": (
-        controllers("if1", "smartmotor", more="[[wire]]\nfrom = 'if1.led'\nto = 'smartmotor.brake'"),
-        "7:1: smartmotor.brake is an output",
-    ),
-    "a wire into a board's pulses": (
-        controllers("if1", "1811", more="[[wire]]\nfrom = 'if1.led'\nto = '1811.step'"),
-        "7:1: 1811.step is an output",
-    ),
-    "a wire from a board's pulses": (
-        controllers("1810", "1811", more="[[wire]]\nfrom = '1810.step'\nto = '1811.step_in'"),
-        "6:1: a wire cannot begin at the step output 1810.step: to send step pulses to a SmartMotor",
-    ),
-    "a motor in a chain with a port": (
-        controllers("smartmotor", more="ports = ['tcp://:0']\n[[chain]]\nmotors = ['smartmotor']"),
-        "3:1: the key `ports` is not permitted for motor smartmotor on the shared line 'chain': set the key `ports`",
-    ),
-    "a motor on a shared pair with a port": (
-        controllers("smartmotor", more="rs485_ports = ['tcp://:0']\n[[rs485]]\nmotors = ['smartmotor']"),
-        "3:1: the key `rs485_ports` is not permitted for motor smartmotor on the shared line 'rs485': set the key",
-    ),
-    "an address twice": (
-        controllers("if1", more="ports = ['tcp://:5001']\n")
-        + controllers("1811", more="ports = [\n'bus://localhost:0',\n'bus://localhost:5001']"),
-        "8:1: bus://localhost:5001 is the same port as tcp://:5001: expected a different port",
-    ),
-    "a link twice": (
-        controllers("if1", more="ports = ['pty:/tmp/x', 'pty:/tmp/x']"),
-        "3:24: pty:/tmp/x is the same port as pty:/tmp/x: expected a different port",
-    ),
-    "a board on a line": (
-        controllers("1811", more="ports = ['tcp://:5001']"),
-        "3:10: tcp://:5001 is not a port for an 1810 or 1811: expected a bus, e.g. bus://127.0.0.1:1811",
-    ),
-    "a motor on a bus": (
-        controllers("smartmotor", more="[[chain]]\nmotors = ['smartmotor']\nports = ['bus://:1811']"),
-        "5:10: bus://:1811 is a bus, not a port for a serial line: expected another kind of port, e.g. tcp://127.0.0.1:5001",
-    ),
-    "an invalid name of a state": (
-        controllers("if2", more='state = "a\\u0000b"'),
-        '3:1: controller.state: a file name cannot contain the character NUL, not "a\\u0000b"',
-    ),
-    "an invalid name of a link": (
-        controllers("if2", more='ports = ["pty:/tmp/\\u0000b"]'),
-        "3:10: invalid port URL 'pty:/tmp/\\x00b': expected a URL without NUL characters",
-    ),
-    "a delay into the past": (
-        controllers("if1", more="[[wire]]\nfrom = 'if1.led'\nto = 'if1.input1'\ndelay_ms = -1"),
-        "6:1: wire.delay_ms: input should be greater than or equal to 0, not -1",
-    ),
-}
+WRONG = [
+    # models of the scene, what else stands in it, and the error
+    ("", "", "1:1: 'controller' is missing: add [[controller]]"),
+    ("", "[[controller]]\nmodel = if1\n", "2:9: not TOML: invalid value"),
+    ("", "x", "1:2: not TOML: expected '=' after a key in a key/value pair"),
+    ("", '[[controler]]\nmodel = "if1"', "1:1: unknown key 'controler': did you mean 'controller'? (and 1"),
+    ("", "[[controller]]", "1:1: 'model' is missing: add model = …"),
+    ("if9", "", "2:1: no model 'if9': expected one of if1, if2"),
+    ("smartmotr", 'axes.shaft.motor = "frame17"',
+     "2:1: no model 'smartmotr': expected one of if1, if2, 1810, 1811, smartmotor; did you mean 'smartmotor'?"),
+    ("if1", "prots = []", "3:1: unknown key 'prots': did you mean 'ports'?"),
+    ("if1", "zzz = 1", "3:1: unknown key 'zzz': expected one of model, name, line"),
+    ("if1", "line = 'fast'",
+     "3:1: invalid baud rate or character format 'fast': expected e.g. '9600 8N2', or 'instant'"),
+    ("if1", "options.wirring = 1", "3:1: unknown key 'wirring' in options: did you"),
+    ("if1", "options = {busy = 'hold', wiring = '4'}", "3:27: wiring='4': expected one of '5-wire'"),
+    ("if1", "axes.W.limits = [1, 2]", "3:1: unknown key 'W' in axes: expected one of X, Y, Z"),
+    ("if1", "axes.X.limit = [1, 2]", "3:1: unknown key 'limit': did you mean 'l"),
+    ("if1", "axes.X.limits = [1]", "3:1: controller.axes.X.limits: expected two num"),
+    ("if1", "axes.X.limits = [1, 'b']",
+     "3:21: controller.axes.X.limits: 'b' is not a position: expected e.g. 1000, not \"b\""),
+    ("if1", "axes.X.limits = [2, 1]", "3:1: controller.axes.X.limits: expected the"),
+    ("if1", "axes.X.home = [0, 9]", "3:1: if1 has no home input: leave out the option `home`"),
+    ("if1", "axes.X.motor = {pull = 3}", "3:1: 'torque' is missing: add torque = …"),
+    ("if1", "ports = ['tcp:/x']", "3:10: invalid address 'tcp:/x': expected ADDRESS:PORT"),
+    ("if1 if1", "", "4:1: two controllers have the name 'if1': expected different names"),
+    ("if1", "name = 'a b'", "3:1: controller.name: expected only letters, dig"),
+    ("if1", "name = 3\nline = 4", "3:1: controller.name: input should be a valid string"),
+    ("if1", "[[wire]]\nfrom = 'if1.led'", "3:1: 'to' is missing: add to = …"),
+    ("if1", "[[wire]]\nfrom = 'led'\nto = 'if1.input1'",
+     "4:1: invalid terminal 'led': expected CONTROLLER.PIN, e.g. if1.output1"),
+    ("if1", "[[wire]]\nfrom = 'if2.led'\nto = 'if1.input1'",
+     "4:1: the scene has no controller 'if2': did you mean 'if1'?"),
+    ("if1", "[[wire]]\nfrom = 'if1.led'\nto = 'if1.input4'", "5:1: if1 has no pin 'input4': did you mean 'input3'?"),
+    ("if1", "[[wire]]\nfrom = 'if1.led'\nto = 'if1.input1'\n" * 2, "8:1: if1.input1 already has a wire from if1.led"),
+    ("if1", "[[wire]]\nfrom = 'if1.input1'\nto = 'if1.input2'\n[[wire]]\nfrom = 'if1.input2'\nto = 'if1.input1'",
+     "8:1: the wires form a loop through if1.input1: remove one"),
+    ("if1", "[[wire]]\nfrom = 'if1.led'\nto = 'if1.input1'\ndelay_ms = inf",
+     "6:1: inf s is too long: expected less than 292 years"),
+    ("if1", "[[script]]\nat = 1e300\ndo = 'power off'", "4:1: 1e+300 s is too long: expected less than 292 years"),
+    ("if1", f"history = {10**30}", "3:1: controller.history: input should be less than or equal to 1000000000"),
+    ("if1", "history = " + 5000 * "9", "3:5011: not TOML: exceeds the limit"),
+    ("if1", "options = " + 5000 * "[" + 5000 * "]", "3:10011: not TOML: "),
+    ("if1", "options.a = " + 300 * "[" + 300 * "]",
+     "3:613: not TOML: tables or lists are nested too deeply: expected at most 50"),
+    ("if1", "axes.X.motor = {torque = [[0, nan]]}",
+     "3:1: controller.axes.X.motor: invalid torque curve: expected torques of 0 N·m or more"),
+    ("if1", "[[wire]]\nfrom = 'if1.led'\nto = 'if1.output1'",
+     "5:1: if1.output1 is an output: expected a wire that ends at an input"),
+    ("if1 smartmotor", "[[wire]]\nfrom = 'if1.led'\nto = 'smartmotor.brake'", "7:1: smartmotor.brake is an output"),
+    ("if1 1811", "[[wire]]\nfrom = 'if1.led'\nto = '1811.step'", "7:1: 1811.step is an output"),
+    ("1810 1811", "[[wire]]\nfrom = '1810.step'\nto = '1811.step_in'",
+     "6:1: a wire cannot begin at the step output 1810.step: to send step pulses to a SmartMotor"),
+    ("smartmotor", "ports = ['tcp://:0']\n[[chain]]\nmotors = ['smartmotor']",
+     "3:1: the key `ports` is not permitted for motor smartmotor on the shared line 'chain': set the key `ports`"),
+    ("smartmotor", "rs485_ports = ['tcp://:0']\n[[rs485]]\nmotors = ['smartmotor']",
+     "3:1: the key `rs485_ports` is not permitted for motor smartmotor on the shared line 'rs485': set the key"),
+    ("",
+     controllers("if1", more="ports = ['tcp://:5001']\n") + controllers("1811", more="ports = [\n'bus://localhost:0',\n'bus://localhost:5001']"),
+     "8:1: bus://localhost:5001 is the same port as tcp://:5001: expected a different port"),
+    ("if1", "ports = ['pty:/tmp/x', 'pty:/tmp/x']",
+     "3:24: pty:/tmp/x is the same port as pty:/tmp/x: expected a different port"),
+    ("1811", "ports = ['tcp://:5001']",
+     "3:10: tcp://:5001 is not a port for an 1810 or 1811: expected a bus, e.g. bus://127.0.0.1:1811"),
+    ("smartmotor", "[[chain]]\nmotors = ['smartmotor']\nports = ['bus://:1811']",
+     "5:10: bus://:1811 is a bus, not a port for a serial line: expected another kind of port, e.g. tcp://127.0.0.1"),
+    ("if2", 'state = "a\\u0000b"',
+     '3:1: controller.state: a file name cannot contain the character NUL, not "a\\u0000b"'),
+    ("if2", 'ports = ["pty:/tmp/\\u0000b"]',
+     "3:10: invalid port URL 'pty:/tmp/\\x00b': expected a URL without NUL characters"),
+    ("if1", "[[wire]]\nfrom = 'if1.led'\nto = 'if1.input1'\ndelay_ms = -1",
+     "6:1: wire.delay_ms: input should be greater than or equal to 0, not -1"),
+]  # fmt: skip
 
 
 def test_ports_without_conflict(scene):
@@ -327,10 +234,10 @@ def test_terminals_that_a_wire_can_drive(scene):
     assert all(bench[name].pins[pin].level for name, pin in (("smartmotor", "G"), ("1811", "cw_limit")))
 
 
-@pytest.mark.parametrize(("text", "message"), WRONG.values(), ids=WRONG.keys())
-def test_errors_of_a_scene_have_a_place_and_a_remedy(scene, tmp_path, text, message):
+@pytest.mark.parametrize(("models", "more", "message"), WRONG, ids=[message[:50] for *_, message in WRONG])
+def test_errors_of_a_scene_have_a_place_and_a_remedy(scene, tmp_path, models, more, message):
     with pytest.raises(SceneError) as caught:
-        scene(text).build()
+        scene(controllers(*models.split(), more=more)).build()
     assert str(caught.value).startswith(f"{tmp_path}/s.toml:{message}")
     assert "\n" not in str(caught.value)
 

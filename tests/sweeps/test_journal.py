@@ -1,29 +1,21 @@
 """Results of a sweep: check sums, the lock, and a small instance of `benchmarks/robustness/sweep_journals.py`."""
 
-import importlib.util
-import sys
-from pathlib import Path
-
 import pytest
 
 from axistwin.errors import UsageError
 from axistwin.sweeps import journal, read, study
 
+from .. import campaigns
 from ..command import refused, run
 from .scenes import stepper
 
 pytest.importorskip("pyarrow", reason="the extra [traces] is not installed")
-SCRIPT = Path(__file__).parents[2] / "benchmarks" / "robustness" / "sweep_journals.py"
 
 
 @pytest.fixture(scope="module")
 def campaign(tmp_path_factory):
     pytest.importorskip("optuna", reason="the extra [tune] is not installed")
-    spec = importlib.util.spec_from_file_location("sweep_journals", SCRIPT)
-    module = importlib.util.module_from_spec(spec)
-    sys.modules["sweep_journals"] = module
-    spec.loader.exec_module(module)
-    return module.Campaign(tmp_path_factory.mktemp("campaign"), seed=1811)
+    return campaigns.campaign("sweep_journals").Campaign(tmp_path_factory.mktemp("campaign"), seed=1811)
 
 
 @pytest.mark.slow
