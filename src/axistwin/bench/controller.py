@@ -6,7 +6,7 @@ from functools import cached_property, partial
 from typing import TYPE_CHECKING, Any
 
 from axistwin.bench.fitting import Plug, fit_second_port
-from axistwin.controllers.product import Awaited, Device, Follower, Listing, Product, Refusal, Register
+from axistwin.controllers.product import Awaited, Device, Follower, Listing, Product, Register
 from axistwin.errors import UsageError
 from axistwin.plant.axes import Axis
 from axistwin.plant.joystick import Joystick
@@ -48,6 +48,10 @@ class Controller:
         self._asked_for_second = False
         # Key: channel of the motor, e.g. "rs485".  Value: name of the shared serial line at this channel.
         self._lines: dict[str, str] = {}
+        self.subscribe_hint, self.subscribe_refusals = (
+            device.abilities.subscribe_hint,
+            device.abilities.subscribe_refusals,
+        )
         self.alarms = self._abilities.alarms
         """Subscriptions to the fault flags of the device; None for a device without fault flags."""
         self._servo = next((axis for axis in axes.values() if isinstance(axis, ServoAxis)), None)
@@ -193,14 +197,6 @@ class Controller:
     def ignoring(self) -> str:
         """The reason why the controller ignores the host's commands, e.g. "asleep"; "" if it does not."""
         return self._abilities.ignoring()
-
-    def subscribe_hint(self, watcher: Callable[[str], None]) -> Callable[[], None]:
-        """Call `watcher(hint)` when the controller has a new hint for the user.  Return an unsubscribe function."""
-        return self._abilities.subscribe_hint(watcher)
-
-    def subscribe_refusals(self, watcher: Callable[[Refusal], None]) -> Callable[[], None]:
-        """Call `watcher` with each line of a host that the controller refuses.  Return an unsubscribe function."""
-        return self._abilities.subscribe_refusals(watcher)
 
     def port_name(self, channel: int) -> str:
         """Return the name of the port or shared line at a serial channel (0 or 1), or of the board on a bus."""

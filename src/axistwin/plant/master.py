@@ -85,7 +85,7 @@ class Master:
         self.run = Run(clock.now, 0, 0, 0)  # The latest motion at constant speed; it may be finished.
         self.followed: Followed | None = None
         """The axis that the encoder is mounted on; its positions can be predicted if it is `predictable`."""
-        self._ratio = Fraction(1)
+        self.ratio = Fraction(1)  # Edges per unit of the axis that the encoder is mounted on.
         self._unsubscribe: Callable[[], object] = lambda: None
         self.plugged = False  # True after the first use of the encoder; pins A and B are open before.
         self.manual_actions = ManualActions(clock)
@@ -102,11 +102,6 @@ class Master:
         return self.at(self.clock.now)
 
     @property
-    def ratio(self) -> Fraction:
-        """Edges per unit of the axis that the encoder is mounted on."""
-        return self._ratio
-
-    @property
     def moving(self) -> bool:
         """True while the encoder turns, or is mounted on an axis, which may turn it at any time."""
         return self.followed is not None or (self.run.counts != 0 and self.clock.now < self.run.end_ns)
@@ -120,20 +115,20 @@ class Master:
         """Predict `number` counts from `first_ns` on, one every `period_ns`; the axis must be `predictable`."""
         assert self.followed is not None, "the encoder is mounted on an axis"
         times_ns = range(first_ns, first_ns + number * period_ns, period_ns)
-        ratio, base = self._ratio, self.run.base
+        ratio, base = self.ratio, self.run.base
         return [base + p * ratio.numerator // ratio.denominator for p in self.followed.positions_at(times_ns)]
 
     def read_ahead(self, times_ns: range, offset: int) -> list[int]:
         """Return the counts plus `offset` now and at the first of these times, as far as they are certain."""
         if self.followed is None:
             return [self.count + offset]
-        numerator, denominator, base = self._ratio.numerator, self._ratio.denominator, self.run.base + offset
+        numerator, denominator, base = self.ratio.numerator, self.ratio.denominator, self.run.base + offset
         return [base + p * numerator // denominator for p in self.followed.positions_ahead(times_ns)]
 
     def at(self, time_ns: int) -> int:
         """Return the count at `time_ns` in the present motion; the present count if an axis turns the encoder."""
         if self.followed is not None:
-            return self.run.base + floor(self.followed.position * self._ratio)
+            return self.run.base + floor(self.followed.position * self.ratio)
         return self.run.at(time_ns)
 
     def move(self, counts: int, seconds: float) -> None:
@@ -163,7 +158,7 @@ class Master:
         self.manual_actions.report(ManualAct.MASTER, axis, Fraction(ratio))
         base = self.count - floor(axis.position * Fraction(ratio))
         self._unsubscribe()
-        self._ratio = Fraction(ratio)
+        self.ratio = Fraction(ratio)
         unsubscribe = axis.on_motion.subscribe(self._moves), axis.on_replan.subscribe(self.on_replan.emit)
         self._unsubscribe = lambda: [undo() for undo in unsubscribe]
         self._change(Run(self.clock.now, base, 0, 0), axis)

@@ -27,11 +27,7 @@ class EncoderView:
 
     def __init__(self, axis: "StepperAxis", encoder: Encoder) -> None:
         self._axis, self._encoder = axis, encoder
-
-    @property
-    def data(self) -> EncoderData:
-        """Resolution, backlash and index mark of the encoder."""
-        return self._encoder.data
+        self.data = encoder.data  # Resolution, backlash and index mark.
 
     @property
     def count(self) -> int:
@@ -117,7 +113,7 @@ class StepperAxis(Shaft):
         self.on_replan: Signal[[]] = Signal()
         """Event that never happens, because `positions_ahead` returns only the present position."""
         self.on_push: Signal[[]] = Signal()
-        self._motor, self._load = motor, load or Load()
+        self.motor, self._load = motor, load or Load()  # `motor`: the data sheet; None for an ideal motor.
         self._encoder = EncoderView(self, Encoder(encoder)) if encoder else None
         self._slips: list[Slip] = []
         # Steps lost in finished moves; a lost step in the negative direction counts as -1.
@@ -262,15 +258,10 @@ class StepperAxis(Shaft):
         return any(slip.first < pulses and (slip.last is None or pulses < slip.last) for slip in self._slips)
 
     @property
-    def motor(self) -> StepperMotor | None:
-        """Data sheet of the motor; None for an ideal motor."""
-        return self._motor
-
-    @property
     def per_rev(self) -> int | None:
         """Pulses per revolution from the data sheet of motor or encoder; None: unknown."""
-        if self._motor is not None:
-            return self._motor.pulses_per_rev
+        if self.motor is not None:
+            return self.motor.pulses_per_rev
         return self._encoder.data.pulses_per_rev if self._encoder else None
 
     @property
@@ -354,7 +345,7 @@ class StepperAxis(Shaft):
 
     @property
     def _per_tooth(self) -> int:
-        return self._motor.pulses_per_tooth if self._motor else 1
+        return self.motor.pulses_per_tooth if self.motor else 1
 
     @property
     def _held(self) -> bool:
@@ -363,7 +354,7 @@ class StepperAxis(Shaft):
     @property
     def _loses_no_steps(self) -> bool:
         """True if the motor cannot lose steps.  An ideal motor loses steps only if its rotor is blocked."""
-        return self._motor is None and not (self._slips or self._was_held)
+        return self.motor is None and not (self._slips or self._was_held)
 
     def _fall_in(self) -> None:
         """Move a free rotor to the next tooth, so that the lost pulses are whole teeth."""
@@ -379,7 +370,7 @@ class StepperAxis(Shaft):
     def _find_slips(self, elapsed_ns: int, out_of_step: bool) -> list[Slip]:
         if self._made is not None:
             return []
-        motor = self._motor
+        motor = self.motor
         if motor is None:
             if not self._was_held:
                 return []
@@ -389,11 +380,11 @@ class StepperAxis(Shaft):
     def _torque_needed(self, acceleration: float) -> float:
         if self._held:
             return float("inf")
-        if self._motor is None:
+        if self.motor is None:
             return 0.0
-        inertia = self._motor.inertia + self._load.inertia
+        inertia = self.motor.inertia + self._load.inertia
         outside = self.outside_torque * self.train.move.direction
-        return abs(inertia * self._motor.to_radians(acceleration) + self._load.torque - outside) / self.strength
+        return abs(inertia * self.motor.to_radians(acceleration) + self._load.torque - outside) / self.strength
 
     def _replan(self) -> None:
         if self._loses_no_steps and not self._held:

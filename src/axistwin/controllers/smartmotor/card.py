@@ -68,7 +68,7 @@ class SmartMotor:
         self._update_power()
 
     def _update_power(self) -> None:
-        on = self._switched_on and not self._undervoltage
+        on = self._switched_on and self._fittings.axis.supply_v >= self.options.reset_below_v
         if on and self._motor is None:
             if self._before is not None:
                 self._before.leave()
@@ -85,10 +85,6 @@ class SmartMotor:
             self._index.connect(None)
             self._registers.connect(None)
             self._let_go()
-
-    @property
-    def _undervoltage(self) -> bool:
-        return self._fittings.axis.supply_v < self.options.reset_below_v
 
     def hint(self) -> str:
         """Return the reason why the motor does not move, and the remedy.  The text is empty if a move is possible."""

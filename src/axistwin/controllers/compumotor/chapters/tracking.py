@@ -115,14 +115,11 @@ def _detect_stall(board: State) -> None:
             kill_motion(board)
 
 
-def _may_correct(board: State) -> bool:
-    occupied = board.loop.use is Use.SEARCH or (board.occupied and not board.loop.correcting)
-    return board.loop.maintains and not (occupied or board.shutdown.on or board.stream.performing)
-
-
 def _maintain(board: State) -> None:
     loop, pulses = board.loop, board.pulses
-    error = loop.error if _may_correct(board) else 0
+    occupied = loop.use is Use.SEARCH or (board.occupied and not loop.correcting)
+    free = not (occupied or board.shutdown.on or board.stream.performing)
+    error = loop.error if loop.maintains and free else 0
     sign = 1 if error > 0 else -1
     if not error or board.limits.blocks(sign):
         loop.give_way()

@@ -2,7 +2,7 @@
 
 from axistwin.controllers.digiplan.chapters.speed import actual_start_stop, ramp
 from axistwin.controllers.digiplan.state import State
-from axistwin.controllers.digiplan.step import EndOfWork, Parameters, Step
+from axistwin.controllers.digiplan.step import EndOfWork, Step
 from axistwin.motion.profile import Profile, Segment
 from axistwin.sim.clock import Procedure
 from axistwin.units import MS
@@ -46,7 +46,8 @@ def index(state: State, step: Step) -> Procedure:
     """
     parameters, generator = state.in_force, state.motion
     table = ramp(parameters)
-    back = abs(parameters.backlash) if _overshoots(parameters, step) else 0
+    against = step.corrected and parameters.distance > 0 and next(iter(step.major.values())) * parameters.backlash < 0
+    back = abs(parameters.backlash) if against else 0
     generator.begin(table.index(parameters.distance + back), table, step.major)
     yield generator.ended
     if back:
@@ -57,11 +58,6 @@ def index(state: State, step: Step) -> Procedure:
             raise EndOfWork
         generator.begin(Profile([Segment(rate, back / rate)]), table, reverse, further=True)
         yield generator.ended
-
-
-def _overshoots(parameters: Parameters, step: Step) -> bool:
-    against = next(iter(step.major.values())) * parameters.backlash < 0
-    return step.corrected and against and parameters.distance > 0
 
 
 def cancel(state: State) -> None:
