@@ -14,7 +14,7 @@ from axistwin.bench.bench import Bench
 from axistwin.bench.controller import Controller, on_a_bus
 from axistwin.bench.line_format import line_format
 from axistwin.errors import ProgramError, UsageError
-from axistwin.numbers import MOST_CHARACTERS, NumberError, decimal, real, shortened
+from axistwin.numbers import MOST_CHARACTERS, decimal, real, shortened
 from axistwin.plant.axes import Axis
 from axistwin.plant.joystick import FASTEST
 from axistwin.plant.servo_axis import ServoAxis
@@ -94,10 +94,8 @@ def fault_action(bench: Bench | None, here: str, target: str, value: str) -> Cal
         return partial(bench.faults.mend, value.strip("\"'"))
     from axistwin.fault_injection import sentences
 
-    try:
+    with _placing_errors():
         return sentences.read(value, bench.faults, here)
-    except UsageError as error:
-        raise ProgramError(message=str(error)) from None
 
 
 def attributes(axis: Axis) -> tuple[str, ...]:
@@ -385,10 +383,8 @@ def _duration(text: str, *, above_zero: bool = False) -> float:
     seconds = _real(text)
     if above_zero and seconds <= 0:
         raise ProgramError(f"duration {text} s is out of range: expected more than 0 s")
-    try:
+    with _placing_errors():
         to_ns(seconds)
-    except UsageError as error:
-        raise ProgramError(message=str(error)) from None
     return seconds
 
 
@@ -414,7 +410,7 @@ def _real(text: str) -> float:
 def _placing_errors() -> Iterator[None]:
     try:
         yield
-    except NumberError as error:
+    except UsageError as error:
         raise ProgramError(message=str(error)) from None
 
 
@@ -425,7 +421,5 @@ def _decimals(number: Decimal) -> int:
 
 
 def _line(text: str, port: SerialPort) -> UartFormat:
-    try:
+    with _placing_errors():
         return line_format(text, port.host.format)[0]
-    except UsageError as error:
-        raise ProgramError(message=str(error)) from None

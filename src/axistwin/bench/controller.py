@@ -48,10 +48,8 @@ class Controller:
         self._asked_for_second = False
         # Key: channel of the motor, e.g. "rs485".  Value: name of the shared serial line at this channel.
         self._lines: dict[str, str] = {}
-        self.subscribe_hint, self.subscribe_refusals = (
-            device.abilities.subscribe_hint,
-            device.abilities.subscribe_refusals,
-        )
+        self.subscribe_hint = device.abilities.subscribe_hint
+        self.subscribe_refusals = device.abilities.subscribe_refusals
         self.alarms = self._abilities.alarms
         """Subscriptions to the fault flags of the device; None for a device without fault flags."""
         self._servo = next((axis for axis in axes.values() if isinstance(axis, ServoAxis)), None)

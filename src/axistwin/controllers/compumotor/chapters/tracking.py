@@ -117,9 +117,8 @@ def _detect_stall(board: State) -> None:
 
 def _maintain(board: State) -> None:
     loop, pulses = board.loop, board.pulses
-    occupied = loop.use is Use.SEARCH or (board.occupied and not loop.correcting)
-    free = not (occupied or board.shutdown.on or board.stream.performing)
-    error = loop.error if loop.maintains and free else 0
+    held = loop.use is Use.SEARCH or board.shutdown.on or board.stream.performing
+    error = loop.error if loop.maintains and not held and (loop.correcting or not board.occupied) else 0
     sign = 1 if error > 0 else -1
     if not error or board.limits.blocks(sign):
         loop.give_way()
