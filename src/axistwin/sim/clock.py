@@ -15,7 +15,7 @@ from axistwin.sim.engine import NORMAL, URGENT, Environment, Event, Interrupt, I
 from axistwin.sim.signal import Signal
 from axistwin.units import MOST_NS
 
-__all__ = ["Clock", "Event", "Interrupt", "Procedure", "Process", "interrupt", "kill"]
+__all__ = ["Clock", "Event", "Interrupt", "Moment", "Procedure", "Process", "interrupt", "kill"]
 
 Procedure = Generator[Event, Any, Any]
 """A device procedure: a generator that yields events and is resumed when the events have happened."""
@@ -166,6 +166,29 @@ class Clock(Environment):
             self.soon(action)
         else:
             action()
+
+
+class Moment:
+    """Something that happens again and again; a call returns the event of the next time.
+
+    Without such an event nothing is scheduled.
+    """
+
+    def __init__(self, clock: Clock) -> None:
+        self._clock = clock
+        self._next: Event | None = None
+
+    def __call__(self) -> Event:
+        """Return the event of the next time."""
+        if self._next is None:
+            self._next = self._clock.event()
+        return self._next
+
+    def happens(self) -> None:
+        """Continue the procedures that wait."""
+        if self._next is not None:
+            event, self._next = self._next, None
+            event.succeed()
 
 
 def interrupt(process: Process) -> None:

@@ -17,7 +17,7 @@ from fractions import Fraction
 from functools import partial
 from typing import Protocol
 
-from axistwin.sim.clock import Clock, Event
+from axistwin.sim.clock import Clock, Moment
 from axistwin.sim.disturbance import Disturbance, Passage, double, flip, lose
 from axistwin.sim.frames import SOUND, Break, Frame, LineError, UartFormat
 from axistwin.sim.levels import Levels, Space
@@ -330,8 +330,8 @@ class Uart:
         self.queue: deque[int | Break] = deque()
         self.sending = False
         self.held = False
-        self._empty: Event | None = None
-        self._idle: Event | None = None
+        self.when_empty = Moment(self.clock)  # The transmitter's holding register is empty.
+        self.when_idle = Moment(self.clock)  # All queued characters have been sent.
 
     def take(self, byte: int, errors: LineError) -> None:
         """Pass a received character to `on_receive` and to all subscribers."""
@@ -369,9 +369,8 @@ class Uart:
             if taken_ns := line.carry(self.format, queue.popleft()):
                 self.sending = True
                 self.clock.call_later(taken_ns, self._sent)
-        if self._empty is not None and not queue:
-            event, self._empty = self._empty, None
-            event.succeed()
+        if not queue:
+            self.when_empty.happens()
 
     def pump_peer(self) -> None:
         """On an instant line, resume the transmitter of the other end: this receiver has room again."""
@@ -384,24 +383,10 @@ class Uart:
         """True if the transmission of a character takes no time on this connection."""
         return self.line.instant
 
-    def when_empty(self) -> Event:
-        """Return an event that happens when the transmitter's holding register is empty."""
-        if self._empty is None:
-            self._empty = self.clock.event()
-        return self._empty
-
-    def when_idle(self) -> Event:
-        """Return an event that happens when all queued characters have been sent."""
-        if self._idle is None:
-            self._idle = self.clock.event()
-        return self._idle
-
     def _sent(self) -> None:
         self.sending = False
         self.pump()
         if self.sending:
             return
         self.on_idle()
-        if self._idle is not None:
-            event, self._idle = self._idle, None
-            event.succeed()
+        self.when_idle.happens()

@@ -12,7 +12,7 @@ from collections.abc import Callable, Mapping
 
 from axistwin.controllers.compumotor.language import LONGEST
 from axistwin.controllers.compumotor.options import Options
-from axistwin.sim.clock import Clock, Event, Procedure
+from axistwin.sim.clock import Clock, Event, Moment, Procedure
 from axistwin.sim.pins import Pin
 from axistwin.sim.registers import RegisterPort
 from axistwin.units import MS
@@ -54,7 +54,7 @@ class Handshake:
         self._next_message_ns, self._most = round(options.next_message_ms * MS), options.message_queue
         self._messages: deque[bytes] = deque()
         self._loading = False
-        self._leaves: Event | None = None
+        self.taken = Moment(clock)  # The board removes a message from the message queue.
         self._command_event: Event = clock.event()
         self._status = Status.MASKED
         self.on_reset: Callable[[], None] = lambda: None
@@ -132,12 +132,6 @@ class Handshake:
         """True if the message queue is full."""
         return len(self._messages) >= self._most
 
-    def taken(self) -> Event:
-        """Return a simulation event that occurs when the board next removes a message from the message queue."""
-        if self._leaves is None:
-            self._leaves = self.clock.event()
-        return self._leaves
-
     def send(self, message: bytes) -> None:
         """Queue a message, padded with zeros to sixteen bytes.  If the queue is full, the message is lost."""
         if self.full:
@@ -156,9 +150,7 @@ class Handshake:
         self._loading = False
         if self._messages:
             message = self._messages.popleft()
-            if self._leaves is not None:
-                leaves, self._leaves = self._leaves, None
-                leaves.succeed()
+            self.taken.happens()
             self.port.output.load(message)
             self.port.messages.emit(message)
             self._change(Status.MESSAGE_READY, Status.MESSAGE_READY)

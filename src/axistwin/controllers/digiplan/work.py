@@ -5,7 +5,7 @@ from functools import partial
 
 from axistwin.controllers.digiplan.chapters.motion import RampGenerator
 from axistwin.controllers.digiplan.step import EndOfWork
-from axistwin.sim.clock import Clock, Event, Interrupt, Procedure, Process, interrupt, kill
+from axistwin.sim.clock import Clock, Event, Interrupt, Moment, Procedure, Process, interrupt, kill
 
 
 class Work:
@@ -17,7 +17,7 @@ class Work:
         self.control: Event | None = None
         """Event that continues the sequence, while the host has control; otherwise None."""
         self.held: Process | None = None
-        self._released: Event | None = None
+        self.released = Moment(clock)  # The held message has begun or is deleted.
         self._freed: Event | None = None
 
     @property
@@ -102,13 +102,6 @@ class Work:
             kill(self.held)
             self._release()
 
-    def released(self) -> Event:
-        """Return an event for the time when the held message has begun or is deleted."""
-        self._released = self._released or self.clock.event()
-        return self._released
-
     def _release(self) -> None:
         self.held = None
-        if self._released is not None:
-            released, self._released = self._released, None
-            released.succeed()
+        self.released.happens()

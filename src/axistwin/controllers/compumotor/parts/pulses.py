@@ -11,7 +11,7 @@ from functools import cached_property, lru_cache, partial
 
 from axistwin.motion.profile import Profile, Segment
 from axistwin.plant.stepper import StepperAxis
-from axistwin.sim.clock import Clock, Event
+from axistwin.sim.clock import Clock, Moment
 from axistwin.sim.pins import Pin
 from axistwin.units import S
 
@@ -84,7 +84,7 @@ class PulseGenerator:
         self._excursion_origin, self._unmade_at_reset = 0, axis.unmade
         self._pulse_ns: int | None = None  # Time of the last joystick pulse in ns.
         self._plan = 0
-        self._changed: Event | None = None
+        self.changed = Moment(clock)  # A phase of the motion begins.
 
     @property
     def moving(self) -> bool:
@@ -140,12 +140,6 @@ class PulseGenerator:
     @property
     def _elapsed_ns(self) -> int:
         return self.clock.now - self._start_ns
-
-    def changed(self) -> Event:
-        """Return an event that occurs when the next phase of the motion begins."""
-        if self._changed is None:
-            self._changed = self.clock.event()
-        return self._changed
 
     def start(self, profile: VelocityProfile, sign: int, *, further: bool = False) -> None:
         """Start a velocity profile at rest; `further`: the previous excursion continues."""
@@ -257,9 +251,7 @@ class PulseGenerator:
 
     def _enter(self, phase: Phase) -> None:
         self.phase = phase
-        if self._changed is not None:
-            event, self._changed = self._changed, None
-            event.succeed()
+        self.changed.happens()
         self.on_phase(phase)
 
 

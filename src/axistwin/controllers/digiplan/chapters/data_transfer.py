@@ -11,7 +11,7 @@ from collections.abc import Callable
 from axistwin.controllers.digiplan.chapters.data_format import CR, LF
 from axistwin.controllers.digiplan.chapters.faults import LineFault
 from axistwin.controllers.product import ControlLines
-from axistwin.sim.clock import Clock, Event, Interrupt, Procedure, Process, kill
+from axistwin.sim.clock import Clock, Event, Interrupt, Moment, Procedure, Process, kill
 from axistwin.sim.frames import SOUND, LineError
 from axistwin.sim.serial import Uart
 from axistwin.units import MS
@@ -43,7 +43,7 @@ class InputBuffer:
         self.full = False
         self._register: tuple[int, LineError] | None = None
         self._began_ns = clock.now
-        self._arrived: Event | None = None
+        self.arrival = Moment(clock)  # The arrival of a character.
 
     def begin_with(self, byte: int) -> None:
         """Replace the contents of the buffer with one character."""
@@ -91,11 +91,6 @@ class InputBuffer:
                 return message
             begin = end
         return []
-
-    def arrival(self) -> Event:
-        """Return an event for the arrival of the next character."""
-        self._arrived = self._arrived or self.clock.event()
-        return self._arrived
 
     def drop_before_cancel(self) -> None:
         """Drop the characters that precede the command `#` in the buffer."""
@@ -151,9 +146,7 @@ class InputBuffer:
             self._set_full(True)
         if byte & 0x7F in (CR, LF):
             self.on_terminator(byte & 0x7F)
-        if self._arrived is not None:
-            event, self._arrived = self._arrived, None
-            event.succeed()
+        self.arrival.happens()
 
     def _flag(self, fault: LineFault) -> None:
         if self.checking:
