@@ -18,22 +18,12 @@ from axistwin.numbers import MOST_CHARACTERS, decimal, real, shortened
 from axistwin.plant.axes import Axis
 from axistwin.plant.joystick import FASTEST
 from axistwin.plant.servo_axis import ServoAxis
+from axistwin.sim import serial_port
 from axistwin.sim.frames import UartFormat
 from axistwin.sim.manual_actions import MOST_COUNTS
 from axistwin.sim.pins import LEAST_VOLTS, MOST_VOLTS, PULLED_UP_VOLTS, Pin, UserPin
 from axistwin.sim.registers import RegisterPort
-from axistwin.sim.serial_port import (
-    DropPending,
-    Flow,
-    Hold,
-    SendBreak,
-    SerialPort,
-    SetFlow,
-    SetFormat,
-    SetInstant,
-    SetLine,
-    Setting,
-)
+from axistwin.sim.serial_port import Flow, SerialPort
 from axistwin.units import to_ns
 
 LEVELS = {"high": True, "on": True, "low": False, "off": False}
@@ -132,22 +122,24 @@ def action_value(target: str, *values: float) -> str:
     return level_name(bool(value)) if target == "power" or target.endswith(".jam") else _exact(value)
 
 
-def line_action(act: SendBreak | SetFormat | SetLine | Setting) -> tuple[str, str]:
+def line_action(
+    act: serial_port.SendBreak | serial_port.SetFormat | serial_port.SetLine | serial_port.Setting,
+) -> tuple[str, str]:
     """Return target and value of the action `! target value` that repeats an event at the host's end of a line."""
     match act:
-        case SendBreak(seconds):
+        case serial_port.SendBreak(seconds):
             return "break", f"{Decimal(seconds).quantize(Decimal('1e-9')):f}"
-        case SetFormat(fmt):
+        case serial_port.SetFormat(fmt):
             return "line", str(fmt)
-        case SetFlow(flow):
+        case serial_port.SetFlow(flow):
             return "flow", flow.value
-        case DropPending():
+        case serial_port.DropPending():
             return "drop", "pending"
-        case SetLine(line, on):
+        case serial_port.SetLine(line, on):
             return line, level_name(on)
-        case Hold(on):
+        case serial_port.Hold(on):
             return "hold", level_name(on)
-        case SetInstant(on):
+        case serial_port.SetInstant(on):
             return "instant", level_name(on)
 
 

@@ -12,21 +12,11 @@ from decimal import Decimal
 from logging import getLogger
 from pathlib import Path
 
-from axistwin.bench import Bench, endpoints, line_format
+from axistwin.bench import Bench, endpoints, events, line_format
 from axistwin.bench.actions import level_name
 from axistwin.bench.acts import Act, Comment, Do, Expect, Hear, Say, Wait
 from axistwin.bench.codec import CHARACTERS, Codec
-from axistwin.bench.events import (
-    Event,
-    FaultChanged,
-    LevelChanged,
-    LineBreak,
-    ManualAction,
-    Received,
-    Sent,
-    SettingChanged,
-    observing,
-)
+from axistwin.bench.events import observing
 from axistwin.conversations.conversation import Conversation, write
 from axistwin.errors import AxistwinError, UsageError
 from axistwin.plant.axes import Axis
@@ -75,26 +65,26 @@ class Recorder:
         }
         self._began_at = {(name, axis): motor.position for name, axis, motor in _axes(bench)}
 
-    def record(self, event: Event) -> None:
+    def record(self, event: events.Event) -> None:
         """Record an event."""
         match event:
-            case Received():
+            case events.Received():
                 self._received(event)
-            case Sent():
+            case events.Sent():
                 self._record_act(
                     event.time_ns, event.controller, Say(event.data, controller=self._name(event.controller))
                 )
-            case LineBreak():
+            case events.LineBreak():
                 seconds = f"{Decimal(event.seconds).quantize(Decimal('1e-9')):f}"
                 self._record_act(event.time_ns, event.controller, self._line_act(event.controller, "break", seconds))
-            case FaultChanged():
+            case events.FaultChanged():
                 self._record_action(event.time_ns, event.controller, event.act, event.words)
-            case SettingChanged() if not self.relayed:
+            case events.SettingChanged() if not self.relayed:
                 line_act = self._line_act(event.controller, event.act, event.value)
                 self._record_act(event.time_ns, event.controller, line_act)
-            case ManualAction():
+            case events.ManualAction():
                 self._record_action(event.time_ns, event.controller, event.act, event.value)
-            case LevelChanged():
+            case events.LevelChanged():
                 self._changed(event)
 
     def record_state(self, controller: str, subject: str, value: str) -> None:
@@ -133,7 +123,7 @@ class Recorder:
     def _is_terminated(self) -> bool:
         return bytes(self._reply[-1:]) in (b"\r", b"\n")
 
-    def _received(self, event: Received) -> None:
+    def _received(self, event: events.Received) -> None:
         """Add to the reply, after recording a complete one: at its terminator, a pause, or another sender."""
         silent_ns = event.time_ns - self._last_ns
         is_bus_message = event.controller not in self._formats
@@ -160,7 +150,7 @@ class Recorder:
             self._reply.clear()
             self._recorded_ns = max(time_ns, self._recorded_ns)
 
-    def _changed(self, event: LevelChanged) -> None:
+    def _changed(self, event: events.LevelChanged) -> None:
         if event.pin.startswith("host."):
             target = event.pin.removeprefix("host.")
             self._record_now(event.time_ns, self._line_act(event.controller, target, level_name(event.level)))
