@@ -233,16 +233,11 @@ class Faults:
                 times = count(1)
                 fault._unsubscribe = arm(lambda: clock.call_later(0, begin) if next(times) == terms.nth else None)
 
-        def due() -> None:
-            clock.background -= 1
-            wait()
-
         if terms.at is None:
             wait()
         else:
             # The simulation may end before the planned start of a fault.
-            clock.background += 1
-            clock.call_later(to_ns(terms.at) - clock.now, due)
+            clock.call_in_background(to_ns(terms.at) - clock.now, wait)
 
     def _make_room(self, fault: Fault) -> None:
         """End an earlier fault of the same kind on the same part, except on a line, which can have several."""

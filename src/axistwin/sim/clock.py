@@ -149,6 +149,16 @@ class Clock(Environment):
         assert delay_ns >= 0, "an event in the past"
         heappush(self._queue, (self._now + delay_ns, NORMAL, next(self._eid), _Call(action)))
 
+    def call_in_background(self, delay_ns: int, action: Callable[[], object]) -> None:
+        """Call `action` once, as `call_later`, but let the simulation end before (see `quiet`)."""
+        self.background += 1
+
+        def due() -> None:
+            self.background -= 1
+            action()
+
+        self.call_later(delay_ns, due)
+
     def soon(self, action: Callable[[], object]) -> None:
         """Call `action` now, before all other events, but after the running procedure's next `yield`."""
         event = Event(self)

@@ -108,10 +108,8 @@ class EncoderPin(UserPin):
             return
         edge_ns = run.start_ns - (-abs(count - run.base) * run.duration_ns // abs(run.counts))
         armed = True
-        clock.background += 1
 
         def passed() -> None:
-            clock.background -= 1
             if armed:
                 self.refresh()
 
@@ -120,7 +118,7 @@ class EncoderPin(UserPin):
             armed = False
 
         self._disarm = disarm
-        clock.call_later(edge_ns - clock.now, passed)
+        clock.call_in_background(edge_ns - clock.now, passed)
 
     def _arm_axis(self) -> None:
         master = self._master

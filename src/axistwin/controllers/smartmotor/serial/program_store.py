@@ -96,13 +96,7 @@ class Download:
             self._sound &= self._complete
             self._finish()
             return
-        clock.background += 1
-
-        def supervise() -> None:
-            clock.background -= 1
-            self._supervise()
-
-        clock.call_later(GIVE_UP_NS - silent_ns, supervise)
+        clock.call_in_background(GIVE_UP_NS - silent_ns, self._supervise)
 
     def _finish(self) -> None:
         self.channel.end_transfer()
