@@ -110,11 +110,7 @@ def send_lines(bench: Bench, acts: Iterable[Act], deadline_ns: int, file: str = 
 
 
 def _never_waits(act: Act) -> bool:
-    """True for a program line that takes effect immediately, even during a move, e.g. a status request.
-
-    Such lines are status requests and manual actions (`!` lines).  If such a line is sent immediately, the next line is
-    sent immediately, too.
-    """
+    """True for status requests and `!` lines, which take effect at once, even during a move, as does the next line."""
     return isinstance(act, Do) or (isinstance(act, Say) and is_request(act.data.decode()))
 
 

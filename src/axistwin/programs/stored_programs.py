@@ -120,10 +120,7 @@ def only_motor(bench: Bench, file: str) -> Controller:
 
 
 def _load(port: SerialPort, source: bytes, file: str) -> None:
-    """Send a program to the motor with the command LOAD.  Raises ProgramError if the motor refuses the program.
-
-    The motor requests each block with the byte 06, and determines the length of the block.
-    """
+    """Send a program by LOAD; the motor requests each block with the byte 06.  Raises ProgramError if it is refused."""
     port.write(READY + b"LOAD ")
     if not port.read().endswith(ACKNOWLEDGE):
         host_format = port.host.format

@@ -286,10 +286,7 @@ class Interface(State):
                 yield from self._process(character) or ()
 
     def _in_range(self, message: Message, step: Step, *, moving: bool = False) -> bool:
-        """Return True if the parameters are within their ranges; otherwise set the fault bit RANGE.
-
-        Command F reports this bit.  `moving`: True if the constraints of a move are checked, too.
-        """
+        """True if the parameters are valid, for a move if `moving`; otherwise set the bit RANGE that F reports."""
         parameters = self.parameters.after(step)
         problem = too_fast(parameters) if "speed" in step.settings else None
         problem = problem or (out_of_range(parameters, step) if moving else None)

@@ -230,10 +230,7 @@ SPECIAL: dict[int, Callable[[bytes], str]] = {
 
 
 def _streamed(data: bytes) -> bool:
-    """True if an answer to 85h is a streamed velocity, because it is not a valid velocity of indexer mode.
-
-    A streamed velocity whose lower byte is 0 can equal a velocity of 0 in some ranges.
-    """
+    # A streamed velocity whose lower byte is 0 can equal a velocity of 0 of indexer mode in some ranges.
     return _RANGES.decode(data) is None or data[1] != 0
 
 

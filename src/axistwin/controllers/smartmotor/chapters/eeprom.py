@@ -69,12 +69,7 @@ def load_variables(motor: Processor, find: FindRun, count: int) -> None:
 
 
 def _checked(motor: Processor, run: Run | None, count: int) -> Run | None:
-    """Check the number of values in a VST or VLD (a transfer between variables and the EEPROM).
-
-    `run`: the variables or array elements of the transfer.  `count`: the number of values.
-
-    Returns `run`.  If `run` or the EEPROM is too small for the values, sets the flag Bs and returns None.
-    """
+    """Return the run, or set Bs and return None if the run or the EEPROM is too small for the values."""
     if run and 0 < count <= run.left and motor.i[s.EPTR] + count * BYTES[run.kind] <= motor.options.data_bytes:
         return run
     motor.syntax_error("so many values do not fit: choose fewer values, or a lower EPTR")

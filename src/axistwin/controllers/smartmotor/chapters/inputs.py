@@ -91,7 +91,7 @@ class Inputs:
         return quadrature(count)
 
     def _master(self) -> None:
-        """Start a run of the external encoder: the kernel computes the counts from the next sample on.
+        """Start a run of the external encoder, which the kernel computes from the next sample on.
 
         For the kernel the run begins one sample earlier: each sample then adds equal counts and carries the remainder.
         """

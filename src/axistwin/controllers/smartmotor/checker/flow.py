@@ -216,10 +216,7 @@ class _Depths:
 
 
 def _interrupts(findings: Findings, flow: Flow) -> None:
-    """Report each enabled interrupt whose subroutine is missing from the program.
-
-    With F=32, faults call C1.  With F=64, pin G calls C2.  Also report each STACK that GOTO does not follow at once.
-    """
+    """Report each F=32 without C1 and F=64 without C2, and each STACK that GOTO does not follow at once."""
     for label, bit in ((FAULT, CALL_C1), (INPUT, ops.CALL_C2)):
         for number, statement in findings.all("F="):
             if (constant_value(statement) or 0) & bit and label not in flow.program.labels:

@@ -108,10 +108,9 @@ def _soft_limits(findings: Findings) -> None:
 
 
 def _brake(findings: Findings, command: str, pin: str) -> None:
-    """Report a wrong use of a brake pin (manual, section 5.1).
+    """Report a brake pin that is not an output, or that the program later uses otherwise (5.1).
 
-    The pin is not an output, or the program later uses the pin for another purpose.  BRKI, BRKC and BRKG are mutually
-    exclusive: another one of them ends the use of the pin.
+    BRKI, BRKC and BRKG are mutually exclusive: another one of them ends the use of the pin.
     """
     begun = next(findings.all(command), None)
     if begun is None:

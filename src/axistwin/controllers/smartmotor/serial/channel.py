@@ -184,10 +184,7 @@ class Channel:
             self.motor.execute(self, text)
 
     def _take_binary(self, byte: int) -> None:
-        """Receive a byte above 7Fh: a motor address, the first byte of a binary record, or the status request.
-
-        An address is valid until the next address.
-        """
+        """Receive an address, which is valid until the next, the first byte of a record, or the status request."""
         text = self._words.forget()
         if text and not self.asleep:  # A received byte above 7Fh discards an incomplete command.
             self.flag_new(ChannelError.SCAN)
