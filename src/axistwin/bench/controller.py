@@ -126,10 +126,9 @@ class Controller:
         return self._abilities.registers()
 
     def follow(self, names: Sequence[str], follower: Follower) -> Callable[[], None] | None:
-        """Call `follower` whenever one of the named registers changes.
+        """Call `follower` with each change of the named registers, perhaps with delay; return an unsubscribe function.
 
-        Changes may be reported with delay.  Return an unsubscribe function; or None if the registers change only at
-        events, so that the caller can read them there.
+        None if the registers change only at events, so that the caller can read them there.
         """
         follow = self._abilities.follow
         return None if follow is None else follow(names, follower)

@@ -62,10 +62,9 @@ Played = Callable[[], object]  # Function that plays one line; a `Difference` th
 
 
 def play(conversation: Conversation, bench: Bench) -> Difference | None:
-    """Send the commands of a conversation file to emulated controllers, and check the replies.
+    """Play a conversation, and return the first difference from the expected replies, or None.
 
-    Return the first difference from the expected replies, or None.  Raises ProgramError, before any act, if the bench
-    lacks something that the conversation names.
+    Raises ProgramError, before any act, if the bench lacks something that the conversation names.
     """
     open_channels(conversation, bench)
     with ExitStack() as stack:

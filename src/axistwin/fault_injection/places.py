@@ -124,10 +124,9 @@ def controllers(world: World) -> Iterator[tuple[str, Find]]:
 
 
 def names(found: Iterable[tuple[str, Find]], here: str = "") -> dict[str, Find]:
-    """Return the parts of a bench by all of their names.
+    """Return the parts of a bench by all of their names, also short ones: those of `here` without its name.
 
-    Short names are included: parts of the controller `here` without its name.  A controller's name is a short name of
-    its serial port, or of its only part of this type.
+    A controller's name is a short name of its serial port, or of its only part of this type.
     """
     full = dict(found)
     every = dict(full)

@@ -79,8 +79,7 @@ class QuantisedRamp:
     def trapezoid(self, distance: int) -> Trapezoid:
         """Return a profile of exactly `distance` pulses (at least 1).
 
-        If the whole acceleration does not fit twice, it ends after the last interval that fits.  The remaining pulses
-        run at the rate reached there.
+        An acceleration that does not fit twice ends after the last interval that fits; the rest runs at that rate.
         """
         if 2 * self._pulses[-1] <= distance:
             left_over = distance - 2 * self._pulses[-1]

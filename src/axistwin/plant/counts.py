@@ -84,10 +84,9 @@ class CountHistory:
             self.forgotten_ns = self._stretches[0].begin_ns
 
     def times(self, start_ns: int, stop_ns: int, larger_history: int) -> "NDArray[np.int64]":
-        """Return the times of all changes of the encoder count in a time range.
+        """Return the times of all changes of the count from `start_ns` to before `stop_ns`.
 
-        The range includes `start_ns`, but not `stop_ns`.  Raises UsageError if old changes have been discarded; the
-        message suggests the option `history=larger_history`.
+        Raises UsageError if old ones have been discarded, and suggests the option `history=larger_history`.
         """
         if self.forgotten_ns is not None and start_ns <= self.forgotten_ns:
             raise UsageError(

@@ -64,8 +64,7 @@ class Run(NamedTuple):
     def at(self, time_ns: int) -> int:
         """Return the count at a time not before the start.
 
-        The n-th edge comes `n * duration_ns / |counts|` after the start, or in the first nanosecond after that.  The
-        count is therefore rounded towards `base`, in either direction.
+        The n-th edge comes `n * duration_ns / |counts|` after the start, or in the first nanosecond after that.
         """
         if time_ns >= self.end_ns:
             return self.base + self.counts
@@ -146,8 +145,7 @@ class Master:
     def follow(self, axis: Followed, ratio: Fraction | int = 1) -> None:
         """Mount the encoder on the shaft of an axis, with `ratio` edges per count or pulse.
 
-        Raises UsageError for a ratio beyond a million, and for an axis that is the motor's own or follows the motor,
-        because the two would depend on each other.
+        Raises UsageError for a ratio beyond a million, and for an axis that depends on the motor.
         """
         if not -MOST_RATIO <= ratio <= MOST_RATIO:
             raise UsageError(

@@ -155,10 +155,9 @@ class StepperAxis(Shaft):
         return self._encoder.count if self._encoder else None
 
     def counts_per_pulses(self) -> tuple[int, int, int] | None:
-        """Return the ratio of encoder counts to motor pulses.
+        """Return encoder counts, motor pulses and the maximum deviation in counts.
 
-        Three numbers: encoder counts, motor pulses, maximum deviation.  None while the motor loses steps, or its output
-        is held.
+        None while the motor loses steps, or its output is held.
         """
         if not self.predictable:
             return None

@@ -34,10 +34,9 @@ _PARITIES = {"N": 1, "O": 3, "E": 4}
 
 
 def read_command_lines(text: str, file: str = "") -> Iterator[Act]:
-    """Parse an `.if1` file (a list of commands), and yield the command or action of each line.
+    """Yield the acts of an `.if1` file: commands, each without its CR, `+` lines and `!` lines.
 
-    A line is a command, a pause (`+` line) or an operator's action (`!` line).  A command line becomes a `Say` without
-    the CR.  Comments and blank lines are left out.  The characters of a line keep their columns.
+    Comments and blank lines are left out.  The characters of a line keep their columns.
     """
     lines = text.splitlines()
     keyboard = named_keyboard(lines)
@@ -48,11 +47,7 @@ def read_command_lines(text: str, file: str = "") -> Iterator[Act]:
 
 
 def command_line(line: str, number: int, file: str = "", keyboard: str = "us") -> Act | None:
-    """Parse one line of an `.if1` file.
-
-    Returns None for a blank line or a comment.  Raises ProgramError.  `keyboard`: the national keyboard on which the
-    line was typed.
-    """
+    """Parse one line of an `.if1` file, typed on this national keyboard; None if blank.  Raises ProgramError."""
     words = line.partition(";")[0].rstrip()
     if words.lstrip().startswith(("+", "!")):
         return conversation.parse_line(words, number, file)

@@ -36,11 +36,7 @@ def command_strings(text: str, language: Language, file: str = "") -> Iterator[A
 
 
 def command_string(line: str, number: int, file: str, read: Callable[[str], bytes]) -> Act | None:
-    """Parse one line of a `.181x` file.
-
-    Returns None for a blank line or a comment.  Raises ProgramError.  `read` converts a command, in hex or by name, to
-    bytes.
-    """
+    """Parse one line of a `.181x` file, its command by `read`; None if blank or a comment.  Raises ProgramError."""
     text = line.partition(";")[0].rstrip()
     if text.lstrip().startswith(("+", "!")):
         return conversation.parse_line(text, number, file)

@@ -106,10 +106,9 @@ def unknown_kind(path: Path) -> UsageError:
 
 
 def options(conversation: Conversation, target: str = "") -> tuple[str, ...]:
-    """Return the controller options that a conversation file sets, each as `NAME=VALUE`.
+    """Return the options in the headers `; options:` and `; line:` of a conversation, as `NAME=VALUE`.
 
-    The header lines `; options:` and `; line:` of the file set the options.  Raises UsageError if the conversation is
-    for a serial line and `target` is on a bus, or the other way round.
+    Raises UsageError if the conversation is for a serial line and `target` is on a bus, or the other way round.
     """
     model = conversation.headers.get("model", "")
     if {model.lower(), target.lower()} <= FAMILIES.keys() and _on_a_line(model) is not _on_a_line(target):

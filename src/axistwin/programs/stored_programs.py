@@ -62,10 +62,9 @@ def check_motor(controller: Controller) -> None:
 
 
 def check(source: bytes, file: str, controller: Controller) -> None:
-    """Raise UsageError or ProgramError if a motor would refuse a program.
+    """Raise UsageError or ProgramError if this motor, with its options and wiring, would refuse a program.
 
-    The options and the wiring of the motor are included.  The check loads the program into an equal motor on a separate
-    bench.
+    The check loads the program into an equal motor on a separate bench.
     """
     check_motor(controller)
     if controller.name not in controller.ports:

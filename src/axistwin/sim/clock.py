@@ -78,10 +78,9 @@ class Clock(Environment):
         return int(self._queue[0][0]) - self.now if self._unobserved else 0
 
     def skip(self, duration_ns: int) -> bool:
-        """Advance the clock by `duration_ns` if no event is due during this time.  Otherwise, do nothing.
+        """Advance the clock, and return True, if no event is due and nobody observes the clock until then.
 
-        Return True if the clock has advanced.  The clock does not advance while subscribers observe the clock.  A
-        procedure that waits for its own timeout may skip the time instead of waiting; the effect is the same.
+        A procedure that waits for its own timeout may skip the time instead; the effect is the same.
         """
         end_ns = self._now + duration_ns
         if self._unobserved and self._queue[0][0] > end_ns:
@@ -94,11 +93,9 @@ class Clock(Environment):
         return _possible(self.now + duration_ns)
 
     def call_last(self, time_ns: int, action: Callable[[], object], *, rank: int = LAST) -> Callable[[], None]:
-        """Call `action` once at `time_ns`, after all other events up to this time.
+        """Call `action` once at `time_ns`, after all other events up to this time, as after `run_to(time_ns)`.
 
-        The effect is the same as calling `run_to(time_ns)` and then `action`.  Several actions at the same time are
-        done in the order of their `rank`, the lowest first; the highest rank is LAST.  Return a function that cancels
-        the action.
+        At one time, the lowest `rank` comes first; the highest is LAST.  Return a function that cancels the action.
         """
         event = self._last_at(time_ns, rank)
         assert event.callbacks is not None
@@ -118,10 +115,9 @@ class Clock(Environment):
         return event
 
     def subscribe(self, callback: Callable[[], None]) -> Callable[[], None]:
-        """Call `callback` before each advance of virtual time.
+        """Call `callback` before each advance of virtual time, after all events of the present time.
 
-        All events of the present time have then happened.  Return an unsubscribe function.  The callback may read the
-        bench but must not change the bench.
+        The callback may read the bench but must not change it.  Return an unsubscribe function.
         """
         self._unobserved = False
         unsubscribe = self._ends.subscribe(callback)
@@ -167,11 +163,7 @@ class Clock(Environment):
         self.schedule(event, priority=URGENT)
 
     def call_outside(self, procedures: Collection[Process], action: Callable[[], object]) -> None:
-        """Call the function `action` as soon as none of the given simulation procedures is running.
-
-        If one of `procedures` is running, `action` is called when this procedure next yields, in the same nanosecond.
-        Otherwise, `action` is called immediately.
-        """
+        """Call `action` now; if one of these procedures is running, at its next `yield`, in the same nanosecond."""
         if self.active_process in procedures:
             self.soon(action)
         else:
@@ -202,10 +194,9 @@ class Moment:
 
 
 def interrupt(process: Process) -> None:
-    """Interrupt a simulated procedure (a Python generator) that waits at a `yield`.
+    """Raise `simpy.Interrupt` in a procedure at the `yield` where it waits, in the same nanosecond.
 
-    The `yield` raises `simpy.Interrupt` in the same nanosecond of virtual time.  Nothing happens if the procedure has
-    finished, is the caller itself, or has a pending interrupt.  Procedures must not be interrupted in any other way.
+    No effect on a finished procedure, the caller itself, or one with a pending interrupt.  There is no other way.
     """
     clock = process.env
     assert isinstance(clock, Clock), "procedures belong to a clock"
@@ -223,10 +214,9 @@ def _possible(time_ns: int) -> int:
 
 
 def kill(process: Process) -> None:
-    """Abort a simulated procedure (a Python generator), e.g. at a power cut.
+    """Abort a procedure, e.g. at a power cut: only its `finally` clauses are executed.
 
-    The procedure is not resumed, but its `finally` clauses are executed.  A pending interrupt is lost.  A procedure
-    that aborts itself ends at its next `yield`.
+    A pending interrupt is lost.  A procedure that aborts itself ends at its next `yield`.
     """
     if not process.is_alive:
         return

@@ -63,10 +63,9 @@ class Levels:
         return bool(spaces) and spaces[0].begin * per <= at * spaces[0].per
 
     def sample(self, at: int, step: int, per: int, count: int) -> int:
-        """Sample the wire at equal intervals, and return the levels as the bits of a number.
+        """Return `count` levels as bits: bit 0 at `at/per` ns, bit 1 at `(at + step)/per` ns, and so on.
 
-        Bit 0 is the level at `at/per` ns, bit 1 at `(at + step)/per` ns, and so on for `count` samples.  Spaces before
-        the last but one sample are discarded; a receiver may sample the newer spaces once more.
+        Spaces before the last but one sample are discarded; a receiver may sample the newer ones once more.
         """
         levels, forgotten = (1 << count) - 1, 0
         for space in self._spaces:

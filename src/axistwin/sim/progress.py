@@ -27,10 +27,9 @@ class Progress:
         self._begins.emit(program, index)
 
     def subscribe(self, callback: LineWatcher, only: Line | None = None) -> Callable[[], None]:
-        """Call `callback(program, index)` when the execution of a program line begins.
+        """Call `callback(program, index)` when a program line begins, or only the line `only`.
 
-        `only`: call `callback` for this line only.  The callback may read the bench but must not change it.  Return an
-        unsubscribe function.
+        The callback may read the bench but must not change it.  Return an unsubscribe function.
         """
 
         def begins(program: str, index: int) -> None:

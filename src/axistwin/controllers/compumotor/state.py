@@ -121,11 +121,7 @@ class State(ABC):
         return self.host.busy and _SINGULAR_IN_INDEXER_MODE in command.accepted
 
     def carry_out(self, command: Opcode, values: tuple[Any, ...], owner: Owner, data: bytes = b"") -> Procedure:
-        """Perform a command.
-
-        A command that takes time continues in a separate process.  `owner`: the host or the sequence.  `data`: the
-        command string of the host.
-        """
+        """Perform a command; one that takes time continues in a process.  `data`: the command string of the host."""
         assert command.handler is not None
         result = command.handler(self, *values)
         if isinstance(result, bytes):

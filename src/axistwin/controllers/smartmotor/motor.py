@@ -129,11 +129,7 @@ class Motor(Processor):
         return self._program
 
     def set_program(self, text: str) -> None:
-        """End the running program and replace the program in the memory.
-
-        The text is compiled in this nanosecond, in pieces, so that a long program is not one long step of the
-        simulation.
-        """
+        """End the running program, and replace it; a long text is compiled in short steps, in this nanosecond."""
         flow.end(self)
         self._compilation = Compilation(text)
         self._compile(self._compilation)

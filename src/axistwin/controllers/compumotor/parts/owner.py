@@ -22,11 +22,7 @@ class Owner:
         return self.singular is not None
 
     def begin(self, procedure: Procedure, ended: Callable[[str | None], None]) -> None:
-        """Begin a command that is not instantaneous, e.g. a move.
-
-        The command has the attribute SINGULAR.  The function `ended` is called after the end of the command, with the
-        reason if the command was ignored, otherwise with None.
-        """
+        """Begin a SINGULAR command; `ended` gets the reason if the command was ignored, otherwise None."""
         self.singular = self._clock.process(self._perform(procedure, ended))
 
     def end(self) -> None:

@@ -158,11 +158,9 @@ class PulseGenerator:
         self._follow(profile)
 
     def run(self, profile: VelocityProfile, sign: int, *, further: bool = False) -> None:
-        """Replace any motion by a velocity profile, without a ramp; in the same direction, the fraction of a pulse is
-        kept.
+        """Replace any motion, without a ramp, by one in the direction `sign`; in the same one, the fraction is kept.
 
-        `sign`: direction, +1 or -1.  `further`: the previous excursion continues after a change of direction or zero
-        velocity.
+        `further`: the previous excursion continues after a change of direction or zero velocity.
         """
         if sign != self.sign:
             self.kill()

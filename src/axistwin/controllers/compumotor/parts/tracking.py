@@ -58,11 +58,9 @@ class Encoder:
         return self._origin + self._sense * ((self._axis.encoder_count if self._axis else None) or 0)
 
     def per_pulses(self, physical: int) -> tuple[int, int, int] | None:
-        """Return the ratio of encoder counts to motor pulses.
+        """Return counts, pulses and the largest deviation in counts, for a motion CW (+1) or CCW (-1).
 
-        `physical`: direction of the motion, +1 (CW) or -1 (CCW).  The result is a fraction: a number of counts, and a
-        number of pulses.  The number of counts is negative if the encoder counts down in this direction.  The third
-        value is the largest deviation in counts.  Return None while the motor loses steps.
+        The counts are negative if the encoder counts down in this direction.  None while the motor loses steps.
         """
         if self._axis is None:
             return 0, 1, 0

@@ -38,10 +38,9 @@ class Triggers:
         self._edges.clear()
 
     def assign(self, trigger: int, opcode: int, action: Callable[[], None], on: bool) -> int | None:
-        """Assign `action` to a trigger input, or remove the assigned action if `on` is False.
+        """Assign `action` to a trigger input for the command `opcode`, or remove it if `on` is False.
 
-        `opcode`: opcode of the command that assigns the action.  The call has no effect while the trigger has an action
-        that a command with a different opcode has assigned; then this opcode is returned.
+        No effect while the trigger has an action of a different opcode; then that opcode is returned.
         """
         assigned = self._functions.get(trigger, (opcode,))[0]
         if assigned != opcode:

@@ -152,10 +152,9 @@ class Core:
         return self._phase is not Phase.STOPPED
 
     def catch_up(self, *, changing: bool = True) -> None:
-        """Advance the state of the motor to the present time.
+        """Advance the state of the motor to the present time, and handle all events up to now.
 
-        All events up to the present time are handled.  The state may then be changed.  Without `changing` the state is
-        only read, and a motor at rest stays at rest.
+        Without `changing` the state is only read, and a motor at rest stays at rest.
         """
         if self._phase in (Phase.ACTING, Phase.STOPPED) or (not changing and self._up_to_date()):
             return
