@@ -259,10 +259,7 @@ def targets(controller: Controller) -> tuple[str, ...]:
 
 
 def port_action(port: SerialPort, target: str, value: str) -> Callable[[], object]:
-    """Return a function that performs an action at the host's serial port.
-
-    Raises ProgramError for an invalid action.
-    """
+    """Return a function that performs an action at the host's serial port.  Raises ProgramError."""
     if target not in _line_targets(port):
         raise _unknown_name(name=target, known=_line_targets(port))
     match target:

@@ -27,10 +27,7 @@ class Plug(NamedTuple):
 def fit_plug(
     clock: Clock, abilities: Abilities, line: str | UartFormat | None, usual: UartFormat | None
 ) -> Plug | None:
-    """Connect a host to the serial port of a device, and return the connection; None for a device without a port.
-
-    The host's DTR goes to the device's DSR and its RTS to the device's CTS, if these exist.
-    """
+    """Connect a host to a device's serial port, with DTR to DSR and RTS to CTS if they exist; None without a port."""
     if abilities.uart is None:
         return None
     assert usual is not None, "a product with a serial port names its usual format"

@@ -80,10 +80,7 @@ class Comparison:
 
 
 def compare(conversation: Conversation, bench: Bench, patience_s: float = PATIENCE_S) -> Comparison:
-    """Play a conversation to its end, even after differences, and return the comparison.
-
-    Raises ProgramError if the bench lacks something that the conversation names.
-    """
+    """Play a conversation to its end, even after differences.  Raises ProgramError for a name that the bench lacks."""
     open_channels(conversation, bench)
     with ExitStack() as stack:
         comparer = _Comparer(conversation, bench, to_ns(patience_s))

@@ -399,10 +399,7 @@ class ServoAxis(Shaft):
 
 
 def data_sheets(given: Mapping[str, Any]) -> "tuple[ServoMotor | None, ServoLoad | None]":
-    """Return the options `motor` (name or values of a data sheet) and `load` as data; None without a motor: ideal.
-
-    Raises UsageError.
-    """
+    """Return the options `motor` and `load` as data; None without a motor: ideal.  Raises UsageError."""
     motor, load = given.get("motor"), given.get("load")
     if motor is None and load is None:
         return None, None

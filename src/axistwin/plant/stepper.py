@@ -155,10 +155,7 @@ class StepperAxis(Shaft):
         return self._encoder.count if self._encoder else None
 
     def counts_per_pulses(self) -> tuple[int, int, int] | None:
-        """Return encoder counts, motor pulses and the maximum deviation in counts.
-
-        None while the motor loses steps, or its output is held.
-        """
+        """Return counts, motor pulses and largest deviation in counts; None while losing steps or with held output."""
         if not self.predictable:
             return None
         return self._encoder.counts_per_pulses if self._encoder else (0, 1, 0)

@@ -62,10 +62,7 @@ def check_motor(controller: Controller) -> None:
 
 
 def check(source: bytes, file: str, controller: Controller) -> None:
-    """Raise UsageError or ProgramError if this motor, with its options and wiring, would refuse a program.
-
-    The check loads the program into an equal motor on a separate bench.
-    """
+    """Raise UsageError or ProgramError if an equal motor on a bench of its own refuses the program."""
     check_motor(controller)
     if controller.name not in controller.ports:
         raise UsageError(
@@ -87,10 +84,7 @@ def store(source: bytes, file: str, motor: Controller) -> None:
 
 
 def run(source: bytes, file: str, motor: Controller) -> None:
-    """Cycle the power of a motor in any state, load a source and run the program.
-
-    The host returns to its default line format.  Raises ProgramError if the motor refuses the program.
-    """
+    """Cycle a motor's power, load a source in the default line format and run it.  Raises ProgramError if refused."""
     port, usual = motor.serial, motor.product.line
     assert usual is not None, "a motor has a serial port"
     port.drop_pending()

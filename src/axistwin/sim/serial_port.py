@@ -177,10 +177,7 @@ class SerialPort:
 
     @property
     def control_lines(self) -> dict[str, Pin]:
-        """The controller's serial control lines: outputs `dtr` and `rts`, inputs `dsr` and `cts`.
-
-        The level of an input is that of the host's output that is wired to the input.
-        """
+        """The device's outputs `dtr` and `rts`, and its inputs `dsr` and `cts`, as the host's outputs set them."""
         own, host = {"dtr": self.dtr_line, "rts": self.rts_line}, self.host
         return {**own, "dsr": host.dtr_line, "cts": host.rts_line} if self.handshake else {}
 

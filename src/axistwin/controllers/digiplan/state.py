@@ -114,10 +114,7 @@ class State(ABC):
             self.pins["led"].set(on)
 
     def set_parameters(self, step: Step) -> None:
-        """Store the parameter values from a direct message (a message that is not a sequence).
-
-        New ramp data take effect when no move, run or sequence is in progress.
-        """
+        """Store the values of a direct message; new ramp data take effect when no work is in progress."""
         before, self.parameters = self.parameters, self.parameters.after(step)
         self.transmitter.delay = self.parameters.character_delay
         if RAMP_SETTINGS & step.settings.keys():

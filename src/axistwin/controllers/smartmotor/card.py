@@ -94,10 +94,7 @@ class SmartMotor:
         return f"{ASLEEP}: WAKE" if self._motor.channels[0].asleep else inhibition(self._motor)
 
     def ignoring(self) -> str:
-        """Return the reason why the motor ignores the commands on serial channel 0.
-
-        The text is empty if the motor obeys, or is off.
-        """
+        """Return why the motor ignores the commands on serial channel 0; "" if it obeys, or is off."""
         if self._motor is None:
             low = f"held in reset, as its supply is below {self.options.reset_below_v:g} V"
             return low if self._switched_on else ""
@@ -109,10 +106,7 @@ class SmartMotor:
         return ASLEEP if channel.asleep else ""
 
     def assign(self, name: str, value: int) -> None:
-        """Set a variable such as `a` or `al[3]`, a motion parameter, or a gain, which F makes effective at once.
-
-        Raises UsageError for an unknown name.
-        """
+        """Set a variable, e.g. `a` or `al[3]`, a parameter, or a gain, with F.  Raises UsageError if there is none."""
         statement = command(f"{name}={value}")
         if self._motor is None or statement.problem is not None or not NAME.fullmatch(name):
             raise UsageError(

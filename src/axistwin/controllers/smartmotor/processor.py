@@ -116,10 +116,7 @@ class Processor(Dispatcher, ABC):
         return self.axis.master.count + self.i[s.PIN_EDGES]
 
     def syntax_error(self, why: str = "") -> None:
-        """Set the flag Bs (syntax error) after an invalid command, or a command that cannot be executed.
-
-        The error is also stored for the report RCHN of the host's channel.  `why`: as in `Refusal`.
-        """
+        """Set Bs, also for RCHN, after a command that is invalid or cannot be executed.  `why`: as in `Refusal`."""
         self._flag(s.BS, ChannelError.SCAN)
         self.refuse(why)
 

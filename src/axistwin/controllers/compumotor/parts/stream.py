@@ -109,10 +109,7 @@ class Stream:
         self._used, self._alarm_on = 0, False
 
     def store(self, mode: int, entries: Iterable[Entry]) -> str | None:
-        """Store data in the streaming buffer.
-
-        The data are lost if the present mode is not `mode`, or if the memory is full; then the reason is returned.
-        """
+        """Store data; return the reason if they are lost, in another mode than `mode` or with a full memory."""
         if self.setting is None:
             return ""
         if self.setting.mode != mode:

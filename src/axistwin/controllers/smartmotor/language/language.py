@@ -98,10 +98,7 @@ class Statement:
         return self.problem is None and handler in READ_ONLY and "I" not in asked and not fetched
 
     def perform(self, motor: Processor) -> str | None:
-        """Execute the statement.  If the statement is a report, return the text of the report without the final CR.
-
-        Otherwise return None.  An invalid statement only sets the flag Bs.
-        """
+        """Execute the statement, and return a report without its CR, or None; an invalid statement only sets Bs."""
         if self.problem is not None or self.command is None or self.command.handler is None:
             motor.syntax_error()
             return None

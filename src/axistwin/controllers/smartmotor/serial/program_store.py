@@ -139,10 +139,7 @@ class Upload:
 
 
 def power_up(motor: Processor) -> None:
-    """Load the program from the motor's nonvolatile memory into the interpreter.
-
-    If the nonvolatile memory is not valid, Bk is set and the motor has no program.
-    """
+    """Load the program from the nonvolatile memory; if that is not valid, set Bk and have no program."""
     broken = motor.nonvolatile.broken
     motor.i[s.BK] = broken
     motor.set_program("" if broken else motor.nonvolatile.program)
