@@ -22,18 +22,14 @@ def typed(step: Step) -> str:
     """Return the text of a step, with its commands in the manual's order; parsing the text gives the same step."""
     pulse, length = step.pulse, step.settings.get("pulse_length")
     parts = (
-        _lines("H", step.high),
-        _lines("L", step.low),
-        "A" if step.abort else "",
+        _lines("H", step.high), _lines("L", step.low), "A" if step.abort else "",
         *(f"{command}{step.settings[name]}" for name, command in RAMP.items() if name in step.settings),
         f"B{step.settings['backlash']:+}" if "backlash" in step.settings else "",
-        _move(step),
-        _lines("S", step.set),
-        _lines("R", step.reset),
+        _move(step), _lines("S", step.set), _lines("R", step.reset),
         "" if pulse is None else f"P{pulse}" if length is None else f"P{pulse},{length}",
         "={},{}".format(*step.repeat) if step.repeat else "",
         "%" if step.hand_over else "",
-    )
+    )  # fmt: skip
     return "".join(parts)
 
 

@@ -57,16 +57,10 @@ class Step:
 
 
 RANGES: dict[str, tuple[int, int]] = {
-    "speed_range": (1, 4),
-    "speed": (1, 99_999),
-    "start_stop": (1, 40),
-    "acceleration": (1, 500),
-    "distance": (0, 999_999_999),
-    "minor_distance": (0, 999_999_999),
-    "backlash": (-255, 255),
-    "pulse_length": (1, 99),
+    "speed_range": (1, 4), "speed": (1, 99_999), "start_stop": (1, 40), "acceleration": (1, 500),
+    "distance": (0, 999_999_999), "minor_distance": (0, 999_999_999), "backlash": (-255, 255), "pulse_length": (1, 99),
     "character_delay": (0, 25),
-}
+}  # fmt: skip
 
 RAMP_SETTINGS = frozenset({"speed_range", "start_stop", "acceleration"})
 

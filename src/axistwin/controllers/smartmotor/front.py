@@ -44,24 +44,17 @@ OTHER_MODES = {
     state.M_OFF: "O  off", state.M_BRAKE: "B  mode torque brake", state.M_ERROR: "E  error", state.NO_POWER: "no power",
 }  # fmt: skip
 MODES = {
-    state.M_POSITION: "absolute position", state.M_RELATIVE: "relative position",
-    state.M_VELOCITY: "velocity",
-    state.M_TORQUE: "torque", state.M_FOLLOW: "follows the encoder",
-    state.M_RATIO: "follows with a ratio", state.M_STEP: "step and direction",
-    state.M_STEP_RATIO: "steps with a ratio", state.M_CAM: "cam", state.M_HOST: "host mode",
+    state.M_POSITION: "absolute position", state.M_RELATIVE: "relative position", state.M_VELOCITY: "velocity",
+    state.M_TORQUE: "torque", state.M_FOLLOW: "follows the encoder", state.M_RATIO: "follows with a ratio",
+    state.M_STEP: "step and direction", state.M_STEP_RATIO: "steps with a ratio", state.M_CAM: "cam",
+    state.M_HOST: "host mode",
 }  # fmt: skip
 
 
 MOTION: tuple[Item, ...] = (
-    Word(
-        "MODE",
-        "mode",
-        "RMODE",
-        {mode: f"{LETTERS[mode]}  {name}" for mode, name in MODES.items()} | OTHER_MODES,
-        {state.M_ERROR: FAULT},
-        unpowered="no power",
-        doc="The letter is the one that RMODE reports; a servo that holds or stops reports the mode of the next G.",
-    ),
+    Word("MODE", "mode", "RMODE", {mode: f"{LETTERS[mode]}  {name}" for mode, name in MODES.items()} | OTHER_MODES,
+         {state.M_ERROR: FAULT}, unpowered="no power", doc=(
+             "The letter is the one that RMODE reports; a servo that holds or stops reports the mode of the next G.")),
     Lamp("BRK", "static brake engaged", "brake", tone=WARNING, doc="The brake's signal is high (5.1)."),
     Reading("@P", "position", "RP", "counts"),
     Reading("@PE", "position error", "RPE", "counts", doc="Commanded less actual."),
@@ -69,7 +62,7 @@ MOTION: tuple[Item, ...] = (
     Reading("TEMP", "temperature", "RTEMP", "°C"),
     Reading("UIA", "motor current", "RUIA", "A", 0.01, 2),
     Reading("UJA", "bus voltage", "RUJA", "V", 0.1, 1),
-)
+)  # fmt: skip
 
 FRONT = (
     Group("Status word W", "4.1, 7.1; status word of the base language", tuple(

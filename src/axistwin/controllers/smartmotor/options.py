@@ -6,15 +6,10 @@ from typing import Literal
 from axistwin.controllers.options import check
 
 RANGES: dict[str, tuple[int | float, int | float]] = {
-    "statements_per_sample": (1, 100),
-    "boot_window_s": (0.0, 10.0),
-    "debounce_samples": (1, 100),
-    "reset_below_v": (0.0, 100.0),
-    "host_buffer": (2, 4096),
-    "program_bytes": (256, 1 << 20),
-    "data_bytes": (256, 1 << 20),
-    "index_at": (0, 1 << 20),
-}
+    "statements_per_sample": (1, 100), "boot_window_s": (0.0, 10.0), "debounce_samples": (1, 100),
+    "reset_below_v": (0.0, 100.0), "host_buffer": (2, 4096), "program_bytes": (256, 1 << 20),
+    "data_bytes": (256, 1 << 20), "index_at": (0, 1 << 20),
+}  # fmt: skip
 
 
 @dataclass(frozen=True)

@@ -3,31 +3,13 @@
 from typing import NamedTuple
 
 TERMINALS = {
-    "input1": "PL1 terminal 12",
-    "input2": "PL1 terminal 14",
-    "input3": "PL1 terminal 13",
-    "output1": "PL1 terminal 3",
-    "output2": "PL1 terminal 5",
-    "output3": "PL1 terminal 8",
-    "output4": "PL1 terminal 9",
-    "output5": "PL1 terminal 1",
-    "estop": "PL3 terminal 1",
-    "limit_plus": "PL3 terminal 2",
-    "limit_minus": "PL3 terminal 3",
-    "supply": "links 1 and 2, or PL3 terminal 8",
-    "x_fault": "PL4, or link 3",
-    "y_fault": "PL5, or link 4",
-    "x_direction": "PL4",
-    "y_direction": "PL5",
-    "z_direction": "PL6",
-    "x_clock": "PL4",
-    "y_clock": "PL5",
-    "z_clock": "PL6",
-    "dtr": "PL2 pin 20",
-    "rts": "PL2 pin 4",
-    "dsr": "PL2 pin 6",
-    "cts": "PL2 pin 5",
-}
+    "input1": "PL1 terminal 12", "input2": "PL1 terminal 14", "input3": "PL1 terminal 13", "output1": "PL1 terminal 3",
+    "output2": "PL1 terminal 5", "output3": "PL1 terminal 8", "output4": "PL1 terminal 9", "output5": "PL1 terminal 1",
+    "estop": "PL3 terminal 1", "limit_plus": "PL3 terminal 2", "limit_minus": "PL3 terminal 3",
+    "supply": "links 1 and 2, or PL3 terminal 8", "x_fault": "PL4, or link 3", "y_fault": "PL5, or link 4",
+    "x_direction": "PL4", "y_direction": "PL5", "z_direction": "PL6", "x_clock": "PL4", "y_clock": "PL5",
+    "z_clock": "PL6", "dtr": "PL2 pin 20", "rts": "PL2 pin 4", "dsr": "PL2 pin 6", "cts": "PL2 pin 5",
+}  # fmt: skip
 """Connectors by the names of the pins: PL1 to PL6 are on the motherboard."""
 
 

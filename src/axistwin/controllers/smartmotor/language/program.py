@@ -386,24 +386,12 @@ def digits(statement: Statement) -> int:
 
 
 _OPERATIONS = {
-    "END": ops.S_END,
-    "RETURN": ops.S_RETURN,
-    "RETURNF": ops.S_RETURN,
-    "RETURNI": ops.S_RETURNI,
-    "STACK": ops.S_STACK,
-    "WAIT=": ops.S_WAIT,
-    "TWAIT": ops.S_TWAIT,
-}
+    "END": ops.S_END, "RETURN": ops.S_RETURN, "RETURNF": ops.S_RETURN, "RETURNI": ops.S_RETURNI, "STACK": ops.S_STACK,
+    "WAIT=": ops.S_WAIT, "TWAIT": ops.S_TWAIT,
+}  # fmt: skip
 _WRITERS: dict[str, Callable[[_Writer, int, Statement], Iterator[None] | None]] = {
-    "Cn": _Writer._label,
-    "GOTOn": _Writer._goto,
-    "GOSUBn": _Writer._gosub,
-    "IF": _Writer._condition,
-    "ELSEIF": _Writer._condition,
-    "ELSE": _Writer._else,
-    "WHILE": _Writer._condition,
-    "LOOP": _Writer._loop,
-    "SWITCH": _Writer._switch,
-    "BREAK": _Writer._break,
-}
+    "Cn": _Writer._label, "GOTOn": _Writer._goto, "GOSUBn": _Writer._gosub, "IF": _Writer._condition,
+    "ELSEIF": _Writer._condition, "ELSE": _Writer._else, "WHILE": _Writer._condition, "LOOP": _Writer._loop,
+    "SWITCH": _Writer._switch, "BREAK": _Writer._break,
+}  # fmt: skip
 """Functions that write statements which are more than an operation with an expression, by keyword."""
