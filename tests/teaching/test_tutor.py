@@ -122,33 +122,6 @@ def test_a_locked_if2_that_waits_for_an_input_is_not_unlocked():
     assert a_locked_if2().tutor.why() == ["step 1 of the sequence waits for input1 high: type  :drive input1 high"]
 
 
-def test_a_limit_ends_the_stored_sequence_which_only_a_power_up_starts():
-    learner = a_locked_if2()
-    learner.controller.pins["input1"].drive(True)
-    learner.bench.run(0.5)
-    assert learner.tutor.why() == ["X is moving"]
-    learner.controller.pins["limit_plus"].drive(False)
-    learner.bench.run(1)
-    assert first_reason(learner).endswith("type  :drive limit_plus release  and then  K")
-    learner.controller.pins["limit_plus"].release()
-    learner.controller.pins["input1"].drive(False)
-    learner.type("K")
-    sequence, lock = learner.tutor.why()
-    assert sequence == (
-        "a limit switch has ended the stored sequence at step 1, and only a power-up starts it: "
-        "type  :drive power off  and  :drive power on: it begins again, and waits: type  :drive input1 high"
-    )
-    assert "type  ]  to give up the stored sequence" in lock
-    stopped = learner.controller.axes["X"].position
-    learner.controller.power(False)
-    learner.bench.run(1)
-    learner.controller.power(True)
-    learner.bench.run(2)
-    learner.controller.pins["input1"].drive(True)
-    learner.bench.run(0.5)
-    assert learner.controller.axes["X"].position > stopped, "the advice has worked"
-
-
 @pytest.mark.parametrize("again", [(), ("[",)])
 def test_the_unlocked_sequence_is_lost_unless_it_is_locked_again(again):
     learner = a_locked_if2()
@@ -158,26 +131,6 @@ def test_the_unlocked_sequence_is_lost_unless_it_is_locked_again(again):
         learner.controller.power(on)
         learner.bench.run(2)
     assert bool(learner.controller.programs["sequence"].lines) is bool(again)
-
-
-def test_after_an_emergency_stop_only_the_power_resets_a_locked_if2():
-    learner = a_locked_if2()
-    learner.controller.pins["estop"].drive(False)
-    learner.bench.run(0.1)
-    assert first_reason(learner).endswith("type  :drive estop release  and then  K")
-    learner.controller.pins["estop"].release()
-    learner.type("K")
-    learner.type("K")
-    assert learner.controller.registers["K"].read() == 32
-    assert first_reason(learner) == (
-        "after an emergency stop a locked interface is reset only by its power, not by K: "
-        "type  :drive power off  and  :drive power on"
-    )
-    assert not any("type  K" in reason for reason in learner.tutor.why())
-    for on in (False, True):
-        learner.controller.power(on)
-        learner.bench.run(2)
-    assert first_reason(learner).startswith("step 1 of the sequence waits for input1 high")
 
 
 def test_why_nothing_moves_in_a_smartmotor():
