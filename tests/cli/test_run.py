@@ -255,6 +255,7 @@ ENDLESS = ":X100:X-100:=0,1:$\n"
 LOOP = "31 00 00 00 00 61 A8 00 03 D0 90\nD9 01\n21 01\n33 00 00 10 00\nD8\n41 01\n"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "text", "says", "followed", "options"),
     [

@@ -59,6 +59,7 @@ def test_pv_access_serves_this_computer_only_whatever_the_environment_says(monke
     assert asyncio.run(serve()) == (("127.0.0.1", port + 1), (1,))
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(sys.platform != "linux", reason="the limit of a process is read in /proc")
 def test_invalid_messages_by_pv_access_leave_no_trace_and_its_clients_find_descriptors(scene_file):
     """The library has no limit of clients, and spins when it has no descriptor for one more."""
