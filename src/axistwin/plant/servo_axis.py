@@ -7,7 +7,7 @@ torques, ambient temperature, switches.
 
 from collections.abc import Callable, Mapping, MutableSequence, Sequence
 from math import inf
-from typing import TYPE_CHECKING, Any, ClassVar, Protocol
+from typing import TYPE_CHECKING, Any, ClassVar
 
 from axistwin.errors import UsageError
 from axistwin.lazy import NDArray, np
@@ -29,8 +29,14 @@ COLDEST, HOTTEST = -40.0, 150.0
 IDEAL_COUNTS_PER_REV = 2000  # Encoder counts per revolution of a shaft without a data sheet.
 
 
-class Source(Protocol):
-    """Interface of the processor that calculates the motion of a shaft; all values are those of the latest sample."""
+class Source:
+    """What calculates the motion of a shaft: this one, without power, is at rest; a processor overrides all of it.
+
+    All values are those of the latest sample.
+    """
+
+    def __init__(self, axis: "ServoAxis") -> None:
+        self._axis = axis
 
     def refresh(self) -> None:
         """Publish all samples up to now; state and predictions stay the same."""
@@ -43,77 +49,34 @@ class Source(Protocol):
 
     def position(self) -> int:
         """Position of the shaft in encoder counts, initially 0.  The positive direction is that of the machine."""
+        return self._axis.shaft
 
     def commanded(self) -> int:
-        """Commanded position at the present time, in counts, in the coordinates of the controller."""
+        """Commanded position in counts, in the coordinates of the controller; 0 without power."""
+        return 0
 
-    def positions_ahead(self, times_ns: range) -> Sequence[int]:
+    def positions_ahead(self, _times_ns: range) -> Sequence[int]:
         """Return the positions now and at these times, up to the first time at which an input could matter."""
+        return [self._axis.shaft]
 
     def setpoint(self) -> int:
         """Commanded position of the shaft in encoder counts.  The positive direction is that of the machine."""
-
-    def velocity(self) -> float:
-        """Velocity of the shaft in encoder counts per second.  The positive direction is that of the machine."""
-
-    def moving(self) -> bool:
-        """True if the shaft turns or a trajectory is in progress."""
-
-    def next_sample_ns(self) -> int | None:
-        """Virtual time in ns of the next sample of the position; None while the motor is at rest."""
-
-    def temperature(self) -> float:
-        """Temperature of the motor, in degrees Celsius."""
-
-    def energy_nj(self) -> int:
-        """Electrical energy in nJ supplied to the motor's windings since the start of the simulation."""
-
-    def push(self, counts: int) -> None:
-        """Turn the shaft by `counts` now."""
-
-    def slip(self, counts: int) -> None:
-        """Simulate an encoder that slips on its shaft by `counts`."""
-
-
-class AtRest:
-    """Source of a shaft without power, which is at rest."""
-
-    def __init__(self, axis: "ServoAxis") -> None:
-        self._axis = axis
-
-    def refresh(self) -> None:
-        """Publish new position samples.  A shaft at rest has no new samples."""
-
-    catch_up = replan = refresh
-
-    def position(self) -> int:
-        """Position of the shaft in encoder counts."""
         return self._axis.shaft
 
-    setpoint = position
-
-    def positions_ahead(self, _times_ns: range) -> Sequence[int]:
-        """Return the position now: a change of a shaft at rest is not announced."""
-        return [self._axis.shaft]
-
-    def commanded(self) -> int:
-        """Commanded position: always 0 for a motor without power."""
-        return 0
-
     def velocity(self) -> float:
-        """Return velocity 0: in this simulation, a motor without power stops at once."""
+        """Velocity in counts/s, positive in the machine's positive direction; without power it is 0 at once."""
         return 0.0
 
     def moving(self) -> bool:
-        """Always False (at rest) for a motor without power."""
+        """True if the shaft turns or a trajectory is in progress."""
         return False
 
     def next_sample_ns(self) -> int | None:
-        """Time of the next position sample: always None for a motor without power."""
+        """Virtual time in ns of the next sample of the position; None while the motor is at rest."""
         return None
 
     def temperature(self) -> float:
-        """The ambient temperature."""
+        """Temperature of the motor in degrees Celsius; without power the ambient temperature."""
         return self._axis.ambient
 
     def energy_nj(self) -> int:
@@ -121,20 +84,20 @@ class AtRest:
         return self._axis.energy_nj
 
     def push(self, counts: int) -> None:
-        """Turn the shaft by `counts`; the shaft then rests at the new position."""
+        """Turn the shaft by `counts` now."""
         axis = self._axis
         axis.shaft += counts
         axis.publish(Samples(axis.clock.now, 0, (axis.shaft,), (0,)))
 
     def slip(self, counts: int) -> None:
-        """Ignore an encoder that slips.  This class simulates a motor without power, which does not use its encoder."""
+        """Simulate an encoder that slips on its shaft by `counts`; without power the encoder is not used."""
 
 
 class EncoderView:
     """The user's interface to the encoder of a servo axis: encoder count, and simulated encoder faults."""
 
     def __init__(self, axis: "ServoAxis") -> None:
-        self._axis = axis
+        self._axis, self.miscount, self.slip = axis, axis.miscount, axis.slip
 
     @property
     def count(self) -> int:
@@ -145,14 +108,6 @@ class EncoderView:
         """Turn the shaft by `counts`, as by hand; it stays there until the motor moves it back."""
         check_counts(counts, "displace")
         self._axis.push(counts)
-
-    def miscount(self, of: int, out_of: int) -> None:
-        """Let the encoder show `of` counts for each `out_of` true ones; 1 for 1 is correct."""
-        self._axis.miscount(of, out_of)
-
-    def slip(self, counts: int) -> None:
-        """Simulate an encoder that slips on its shaft by `counts`."""
-        self._axis.slip(counts)
 
 
 class ServoAxis(Shaft):
@@ -173,7 +128,7 @@ class ServoAxis(Shaft):
         self.f: MutableSequence[float] = []
         """State of the physics: it belongs to the machine, and the source updates it."""
         self.energy_nj = 0  # Energy that the windings have taken up to the last loss of power, in nJ.
-        self.shaft = 0  # Position of the shaft while the source is `AtRest`.
+        self.shaft = 0  # Position of the shaft while it has no power.
         self.counts_of, self.counts_out_of = 1, 1
         """The encoder counts `counts_of` for each `counts_out_of` counts: 9 of 10, -1 of 1, 0 of 1."""
         self._supply = Override(1.0, self._supply_changed, self._catch_up)
@@ -192,7 +147,7 @@ class ServoAxis(Shaft):
         self._published: Signal[Samples] = Signal()
         self._history_option = history
         self._counts = CountHistory(history * SAMPLES)
-        self._source: Source = AtRest(self)
+        self._source = Source(self)
 
     # Interface to the motor's processor
 
@@ -203,7 +158,7 @@ class ServoAxis(Shaft):
     def disconnect(self) -> None:
         """Disconnect the axis from the emulated processor; the shaft then stays at its present position."""
         self.shaft = self._source.position()
-        self._source = AtRest(self)
+        self._source = Source(self)
 
     def publish(self, samples: Samples) -> None:
         """Send final samples to subscribers, in order of time, up to the present time.

@@ -14,16 +14,18 @@ from axistwin.controllers.smartmotor.kernel.trajectory import quadrature
 from axistwin.controllers.smartmotor.processor import Processor
 from axistwin.controllers.smartmotor.terminals import EncoderPin
 from axistwin.plant.counts import Samples
+from axistwin.plant.servo_axis import Source
 from axistwin.sim.pins import Pin, UserPin
 from axistwin.units import S
 
 QUADRATURE = (0, 1, 3, 2)  # Pins A (1) and B (2) in the order in which they change when the encoder turns forwards.
 
 
-class Inputs:
+class Inputs(Source):
     """Passes changes of the input signals to the simulated processor of a SmartMotor."""
 
     def __init__(self, motor: Processor) -> None:
+        super().__init__(motor.axis)
         self.motor, self.axis = motor, motor.axis
         self._undo: list[Callable[[], object]] = []
         for bit, name in enumerate(s.USER_PINS):
