@@ -4,8 +4,10 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Generic, TypeVar
 
+from axistwin.plant.machine_units import MachineUnits
 from axistwin.sim.clock import Clock
 from axistwin.sim.manual_actions import ManualAct, ManualActions, check_torque
+from axistwin.sim.signal import Signal
 
 T = TypeVar("T")
 
@@ -53,12 +55,23 @@ class Override(Generic[T]):
 
 
 class Shaft:
-    """The shaft of an axis: torques and jams from outside, and the remaining torque of its motor."""
+    """What all axes have: switches, units, torques and jams from outside, and the remaining torque of the motor.
+
+    `limits`: first and last position within the limit switches; None: no switches.
+    """
 
     def __init__(
-        self, clock: Clock, on_change: Callable[[], None], before_change: Callable[[], None] = lambda: None
-    ) -> None:
-        """The arguments are those of `Override`."""
+        self, clock: Clock, name: str, limits: tuple[int, int] | None, on_change: Callable[[], None],
+        before_change: Callable[[], None] = lambda: None,
+    ) -> None:  # fmt: skip
+        """The last two arguments are those of `Override`."""
+        self.clock, self.name, self.limits = clock, name, limits
+        self.units: MachineUnits | None = None
+        """Unit of positions in texts and plots; the axis itself counts pulses or edges.  None: no other unit."""
+        self.on_motion: Signal[[]] = Signal()
+        """Event: a move begins, or changes its profile; never at a servo, whose position is read at each sample."""
+        self.on_replan: Signal[[]] = Signal()
+        """Event: later positions from `positions_ahead` are no longer certain; never at a stepper, which has none."""
         self._outside = Override(0.0, on_change, before_change)
         self._jams = Override(False, on_change, before_change)
         self._torque = Override(1.0, on_change, before_change)

@@ -13,7 +13,6 @@ from axistwin.errors import UsageError
 from axistwin.lazy import NDArray, np
 from axistwin.motion.train import HISTORY
 from axistwin.plant.counts import SAMPLES, CountHistory, Listener, Samples
-from axistwin.plant.machine_units import MachineUnits
 from axistwin.plant.master import Followed, Master
 from axistwin.plant.overrides import Override, Shaft
 from axistwin.sim.clock import Clock
@@ -119,11 +118,7 @@ class ServoAxis(Shaft):
         self, clock: Clock, name: str, *, motor: "ServoMotor | None" = None, load: "ServoLoad | None" = None,
         limits: tuple[int, int] | None = None, history: int = HISTORY,
     ) -> None:  # fmt: skip
-        super().__init__(clock, self._replan, self._catch_up)
-        self.clock, self.name, self.limits = clock, name, limits
-        """The first and last position within the limit switches; None: no switches."""
-        self.units: MachineUnits | None = None
-        """Unit of positions in texts and plots; the axis itself counts encoder edges.  None: no other unit."""
+        super().__init__(clock, name, limits, self._replan, self._catch_up)
         self.motor, self.load_data = motor, load
         self.f: MutableSequence[float] = []
         """State of the physics: it belongs to the machine, and the source updates it."""
@@ -136,10 +131,6 @@ class ServoAxis(Shaft):
         self.on_supply: Signal[[]] = Signal()
         self.master = Master(clock, self)  # The device wired to pins A and B.
         self.encoder = EncoderView(self)
-        self.on_motion: Signal[[]] = Signal()
-        """Event that never happens, because encoders on this shaft read the position at each sample."""
-        self.on_replan: Signal[[]] = Signal()
-        """Event: positions that `positions_ahead` has returned for later times are no longer certain."""
         self.window_low, self.window_high = -FAR, FAR
         """Range of positions, inclusive, in which no switch changes; see `left_window`."""
         self._edges: list[int] = []

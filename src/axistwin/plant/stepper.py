@@ -13,7 +13,6 @@ from axistwin.lazy import NDArray, np
 from axistwin.motion.profile import Profile
 from axistwin.motion.train import HISTORY, Train
 from axistwin.plant.encoder import Encoder, EncoderData
-from axistwin.plant.machine_units import MachineUnits
 from axistwin.plant.overrides import Shaft
 from axistwin.plant.torque import Load, Slip, StepperMotor, lost_pulses, slips, whole_teeth
 from axistwin.sim.clock import Clock
@@ -103,15 +102,8 @@ class StepperAxis(Shaft):
         encoder: EncoderData | None = None, limits: tuple[int, int] | None = None, home: tuple[int, int] | None = None,
         history: int = HISTORY,
     ) -> None:  # fmt: skip
-        super().__init__(clock, self._replan)
-        self.clock, self.name, self.train = clock, name, Train(history)
-        self.limits, self.home = limits, home
-        """First and last position within the limit switches, and of the home switch; None: no switches."""
-        self.units: MachineUnits | None = None
-        """Unit of positions in texts and plots; the axis itself counts pulses.  None: no other unit."""
-        self.on_motion: Signal[[]] = Signal()  # Event: a move begins, or changes its profile.
-        self.on_replan: Signal[[]] = Signal()
-        """Event that never happens, because `positions_ahead` returns only the present position."""
+        super().__init__(clock, name, limits, self._replan)
+        self.train, self.home = Train(history), home  # `home`: first and last position of the home switch, or None.
         self.on_push: Signal[[]] = Signal()
         self.motor, self._load = motor, load or Load()  # `motor`: the data sheet; None for an ideal motor.
         self._encoder = EncoderView(self, Encoder(encoder)) if encoder else None
