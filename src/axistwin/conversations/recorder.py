@@ -71,17 +71,16 @@ class Recorder:
             case events.Received():
                 self._received(event)
             case events.Sent():
-                self._record_act(
-                    event.time_ns, event.controller, Say(event.data, controller=self._name(event.controller))
-                )
+                said = Say(event.data, controller=self._name(event.controller))
+                self._record_now(event.time_ns, said, event.controller)
             case events.LineBreak():
                 seconds = f"{Decimal(event.seconds).quantize(Decimal('1e-9')):f}"
-                self._record_act(event.time_ns, event.controller, self._line_act(event.controller, "break", seconds))
+                self._record_now(event.time_ns, self._line_act(event.controller, "break", seconds), event.controller)
             case events.FaultChanged():
                 self._record_action(event.time_ns, event.controller, event.act, event.words)
             case events.SettingChanged() if not self.relayed:
                 line_act = self._line_act(event.controller, event.act, event.value)
-                self._record_act(event.time_ns, event.controller, line_act)
+                self._record_now(event.time_ns, line_act, event.controller)
             case events.ManualAction():
                 self._record_action(event.time_ns, event.controller, event.act, event.value)
             case events.LevelChanged():
@@ -135,11 +134,12 @@ class Recorder:
         self._reply += event.data
         self._last_ns = event.time_ns
 
-    def _record_act(self, time_ns: int, controller: str, act: Act) -> None:
+    def _record_now(self, time_ns: int, act: Act, at: str = "") -> None:
+        """Record an act; of a host, after a change of its line's format `at` this endpoint."""
         self._flush_reply()
         self._wait_until(time_ns)
-        if controller in self._formats:
-            self._note_format(controller)
+        if at in self._formats:
+            self._note_format(at)
         self._add(act)
 
     def _flush_reply(self) -> None:
@@ -157,11 +157,6 @@ class Recorder:
 
     def _record_action(self, time_ns: int, controller: str, target: str, value: str) -> None:
         self._record_now(time_ns, Do(target, value, controller=self._name(controller)))
-
-    def _record_now(self, time_ns: int, act: Act) -> None:
-        self._flush_reply()
-        self._wait_until(time_ns)
-        self._add(act)
 
     def _line_act(self, controller: str, target: str, value: str) -> Act:
         if self.raw:
