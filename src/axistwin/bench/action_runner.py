@@ -15,8 +15,7 @@ from axistwin.errors import UsageError
 from axistwin.sim.manual_actions import by_itself
 
 LOAD = "load"
-Load = Callable[[str, str], Callable[[], object]]
-"""Function that prepares to load a program; its arguments are the controller's name and the file."""
+Load = Callable[[str, str], Callable[[], object]]  # Prepares to load a program; controller's name and file.
 
 
 def no_programs(controller: str, file: str) -> Callable[[], object]:

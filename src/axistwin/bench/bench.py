@@ -40,15 +40,12 @@ class Bench:
         self.clock = Clock()
         self.controllers: dict[str, Controller] = {}
         self.lines: dict[str, SharedLine] = {}
-        self.origin: dict[str, str] = {}
-        """Data about the scene from which the bench was built: name and hash, title, seed."""
+        self.origin: dict[str, str] = {}  # The scene from which the bench was built: name and hash, title, seed.
         self.agenda_ns = 0  # Time in ns of the last planned action, e.g. of a scene's script.
         self.planned: list[tuple[int, str]] = []  # Time in nanoseconds and text of each planned action, for users.
-        self.attendants: dict[str, BusHost] = {}
-        """Hosts that send whole commands to boards on a bus, by board name; each board has at most one."""
+        self.attendants: dict[str, BusHost] = {}  # Hosts that send whole commands to boards on a bus, by board.
         self.senders: dict[str, Process] = {}  # Hosts that send loaded programs, by controller name.
-        self.wires: list[tuple[str, str]] = []
-        """Wires of the scene: the names of both terminals, e.g. ("table.output1", "table.input1")."""
+        self.wires: list[tuple[str, str]] = []  # Names of both terminals, e.g. ("table.output1", "table.input1").
         self._faults: Faults | None = None
 
     @property

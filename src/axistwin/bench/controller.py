@@ -40,8 +40,7 @@ class Controller:
         self.manual_actions = ManualActions(self._clock)  # Reports actions of a person, e.g. of the power switch.
         self.powered = False
         self._turns: deque[bool] = deque()  # Pending requests to switch the power on (True) or off (False).
-        self.given: Mapping[str, Any] = {}
-        """Options that were given to `Bench.add`, except the directory for the state."""
+        self.given: Mapping[str, Any] = {}  # Options that were given to `Bench.add`, but the directory for the state.
         self.store: MemoryStore | FileStore = MemoryStore()
         self._abilities = device.abilities
         self._second = fit_second_port(self._abilities, plug)
@@ -50,8 +49,7 @@ class Controller:
         self._lines: dict[str, str] = {}
         self.subscribe_hint = device.abilities.subscribe_hint
         self.subscribe_refusals = device.abilities.subscribe_refusals
-        self.alarms = self._abilities.alarms
-        """Subscriptions to the fault flags of the device; None for a device without fault flags."""
+        self.alarms = self._abilities.alarms  # Fault flags, to subscribe to; None without.
         self._servo = next((axis for axis in axes.values() if isinstance(axis, ServoAxis)), None)
 
     def __repr__(self) -> str:

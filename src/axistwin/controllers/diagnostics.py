@@ -22,8 +22,7 @@ class Severity(StrEnum):
 class Rule(NamedTuple):
     """A kind of problem that a checker reports, with its code and explanation."""
 
-    code: str
-    """Code such as `DP101`: two letters for the family, one digit for the subject, two digits for the rule."""
+    code: str  # Code such as `DP101`: two letters for the family, one digit for the subject, two digits for the rule.
     title: str
     severity: Severity
     chapter: str  # Chapter of the manual, used if the command does not name a chapter.
@@ -137,8 +136,7 @@ class Session(NamedTuple):
     ended: bool = True  # False if the host may send more before power-off, as a user at a terminal may.
 
 
-Checker = Callable[[Sequence[Session]], list[Diagnostic]]
-"""Function that returns the problems in a host's data, without running a controller."""
+Checker = Callable[[Sequence[Session]], list[Diagnostic]]  # Finds problems without running a controller.
 
 
 def check_last(check: Checker, lines: Sequence[bytes]) -> list[Diagnostic]:

@@ -20,8 +20,7 @@ from axistwin.errors import ProgramError, UsageError
 from axistwin.numbers import clipped
 from axistwin.units import S, to_seconds
 
-PATIENCE_S = 10.0
-"""Default time that a `<` waits for its next character; a header such as `; patience: 60` changes it."""
+PATIENCE_S = 10.0  # Default time that a `<` waits for its next character; a header such as `; patience: 60` changes it.
 
 
 @dataclass(frozen=True)

@@ -132,8 +132,7 @@ class Faults:
     def __init__(self, world: World) -> None:
         self.world = world
         self._those: dict[str, Fault] = {}
-        self.announced: tuple[str, ...] = ()
-        """Names of faults that will be added later; triggers may already contain these names."""
+        self.announced: tuple[str, ...] = ()  # Faults that will be added later; triggers may already name them.
         self.changes: Signal[Fault, str] = Signal()
 
     def __iter__(self) -> Iterator[Fault]:

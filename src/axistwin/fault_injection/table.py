@@ -146,8 +146,7 @@ class Kind:
     begin: Callable[[Case], Mend]
     parameters: tuple[Parameter, ...] = ()
     at_once: bool = False
-    check: Callable[[Spot], None] = lambda spot: None
-    """Function that raises UsageError if the fault cannot affect a part."""
+    check: Callable[[Spot], None] = lambda spot: None  # Raises UsageError if the fault cannot affect a part.
 
     def read(self, given: Mapping[str, object]) -> dict[str, Any]:
         """Return the values of a fault's parameters.  Raises UsageError for a wrong name or value."""

@@ -30,8 +30,7 @@ from axistwin.sim.frames import LineError
 from axistwin.sim.signal import Signal
 
 Unsubscribe = Callable[[], object]
-Arm = Callable[[Callable[[], None]], Unsubscribe]
-"""Function that subscribes another function to an event, and returns an unsubscribe function."""
+Arm = Callable[[Callable[[], None]], Unsubscribe]  # Subscribes a function to an event; returns an unsubscribe function.
 
 _SENTENCE = re.compile(r"(?P<who>\S+) (?P<verb>[a-z]+)(?: (?P<what>.*))?")
 _POSITION = re.compile(r"(?P<position>-?[0-9.]+(?: ?(?!(?:up|down)\b)[^\W\d_]+| ?°)?)(?: (?P<way>up|down))?")

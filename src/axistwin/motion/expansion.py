@@ -15,8 +15,7 @@ from axistwin.units import S
 
 Timed = tuple[int, Profile]  # A complete move: its start in ns, and its profile, which ends.
 SEGMENTS = 1 << 14  # Number of segments that are calculated together, to limit memory use.
-PIECE = 1 << 13
-"""Number of pulses whose times are calculated together; the arrays then fit into the processor's cache."""
+PIECE = 1 << 13  # Number of pulses whose times are calculated together; the arrays then fit into the processor's cache.
 EXACT = (1 << 53) // (6 * S)
 """Limit of pulses * per_rate: the float error, below 3 * 2**-53 * pulses * p / b, is then below 1/(2b)."""
 LONG = 1 << 10  # Mean number of pulses per segment above which `Profile.fill_pulse_times` is faster.

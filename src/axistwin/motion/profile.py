@@ -70,8 +70,7 @@ class Profile:
             self.starts.append(start)
             self.phases.append(phase)
         self.endless = len(self.starts) == len(self.segments)
-        self.pulses: int | None = None if self.endless else self.phases[-1] // self.parts
-        """Total number of pulses; None for an endless motion."""
+        self.pulses: int | None = None if self.endless else self.phases[-1] // self.parts  # In total; None: endless.
         self.end_ns: int | None = None if self.endless else self.starts[-1] * S // self.ticks
         """Time in ns from the start to the end of the last segment; None for an endless motion."""
         return True

@@ -66,8 +66,7 @@ class CountHistory:
         self.samples = samples
         self._stretches: deque[_Stretch] = deque()
         self._kept = self._last = 0
-        self.forgotten_ns: int | None = None
-        """Changes up to this time have been discarded; None if no change has been discarded."""
+        self.forgotten_ns: int | None = None  # Changes up to this time have been discarded.
 
     def add(self, samples: Samples) -> None:
         """Store samples, if a position has changed, and delete old ones beyond the newest `self.samples`."""

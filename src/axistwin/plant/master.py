@@ -19,8 +19,7 @@ class Followed(Protocol):
     """Interface of an axis on which a master encoder can be mounted."""
 
     on_motion: Signal[[]]  # Event: the axis begins to move, or changes its profile.
-    on_replan: Signal[[]]
-    """Event: positions that `positions_ahead` has returned for later times are no longer certain."""
+    on_replan: Signal[[]]  # Event: positions that `positions_ahead` has returned for later times are no longer certain.
 
     @property
     def position(self) -> int:
@@ -82,18 +81,15 @@ class Master:
     def __init__(self, clock: Clock, own: Followed | None = None) -> None:
         self.clock, self._own = clock, own
         self.run = Run(clock.now, 0, 0, 0)  # The latest motion at constant speed; it may be finished.
-        self.followed: Followed | None = None
-        """The axis that the encoder is mounted on; its positions can be predicted if it is `predictable`."""
+        self.followed: Followed | None = None  # The axis that the encoder is mounted on.
         self.ratio = Fraction(1)  # Edges per unit of the axis that the encoder is mounted on.
         self._unsubscribe: Callable[[], object] = lambda: None
         self.plugged = False  # True after the first use of the encoder; pins A and B are open before.
         self.manual_actions = ManualActions(clock)
         """Reports a person's moves of the encoder: `master`, counts and seconds; or its axis, and the ratio."""
-        self.before_change: Signal[[]] = Signal()
-        """Event: the motion is about to change; `at` still returns counts of the old motion."""
+        self.before_change: Signal[[]] = Signal()  # Event: about to change; `at` returns old counts.
         self.on_change: Signal[[]] = Signal()
-        self.on_replan: Signal[[]] = Signal()
-        """Event: counts that `read_ahead` has returned for later times are no longer certain."""
+        self.on_replan: Signal[[]] = Signal()  # Event: later counts of `read_ahead` are no longer certain.
 
     @property
     def count(self) -> int:

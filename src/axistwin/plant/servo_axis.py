@@ -120,19 +120,16 @@ class ServoAxis(Shaft):
     ) -> None:  # fmt: skip
         super().__init__(clock, name, limits, self._replan, self._catch_up)
         self.motor, self.load_data = motor, load
-        self.f: MutableSequence[float] = []
-        """State of the physics: it belongs to the machine, and the source updates it."""
+        self.f: MutableSequence[float] = []  # State of the physics, which the source updates.
         self.energy_nj = 0  # Energy that the windings have taken up to the last loss of power, in nJ.
         self.shaft = 0  # Position of the shaft while it has no power.
-        self.counts_of, self.counts_out_of = 1, 1
-        """The encoder counts `counts_of` for each `counts_out_of` counts: 9 of 10, -1 of 1, 0 of 1."""
+        self.counts_of, self.counts_out_of = 1, 1  # Counted, out of true counts: 9 of 10, -1 of 1, 0 of 1.
         self._supply = Override(1.0, self._supply_changed, self._catch_up)
         self._ambient = Override(AMBIENT, self._replan, self._catch_up)
         self.on_supply: Signal[[]] = Signal()
         self.master = Master(clock, self)  # The device wired to pins A and B.
         self.encoder = EncoderView(self)
-        self.window_low, self.window_high = -FAR, FAR
-        """Range of positions, inclusive, in which no switch changes; see `left_window`."""
+        self.window_low, self.window_high = -FAR, FAR  # No switch changes within; see `left_window`.
         self._edges: list[int] = []
         self._left_window: Signal[[]] = Signal()
         self._published: Signal[Samples] = Signal()

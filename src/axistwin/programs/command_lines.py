@@ -23,11 +23,9 @@ from axistwin.programs.keyboards import KEYBOARDS, NATIONAL, to_codes
 from axistwin.sim.frames import UartFormat
 from axistwin.units import to_seconds
 
-SELF_TEST_S = 1.5
-"""Time from power-up until the interface receives characters; the manual says "approximately 1 second"."""
+SELF_TEST_S = 1.5  # From power-up until the interface receives; the manual says "approximately 1 second".
 PATIENCE_S, ATTEMPTS = 0.5, 20
-READY_S = 1.2
-"""Time to wait after the format message; by the manual, the first ramp calculation takes "up to 1 second"."""
+READY_S = 1.2  # After the format message; by the manual, the first ramp calculation takes "up to 1 second".
 
 _FRAMES = {(7, 1): 1, (7, 2): 2, (8, 1): 5, (8, 2): 6}
 _PARITIES = {"N": 1, "O": 3, "E": 4}

@@ -13,8 +13,7 @@ KEYBOARDS = {
     "spain": "£$@¡Ñ¿^",
 }
 """Characters shown for the codes 23, 24, 40, 5B, 5C, 5D and 5E (hex), by country."""
-NATIONAL = {glyph for keys in KEYBOARDS.values() for glyph in keys} - set(US)
-"""Characters of these keyboards that are not ASCII."""
+NATIONAL = {glyph for keys in KEYBOARDS.values() for glyph in keys} - set(US)  # Not in ASCII.
 
 
 def to_codes(keyboard: str, text: str) -> str:

@@ -27,8 +27,7 @@ COMPILED = ".smx"
 
 BOUND_NS = 3600 * S  # Longest virtual time of a run for which no time is given.
 Send = Callable[[Bench, Iterable[Act], int, str], str | None]
-STORED_BOUND_NS = 60 * S
-"""Longest virtual time of a motor's stored program; most of these programs are endless loops."""
+STORED_BOUND_NS = 60 * S  # Longest virtual time of a motor's stored program; most of these programs are endless loops.
 
 
 @dataclass(frozen=True)
@@ -48,8 +47,7 @@ class Program:
 
     perform: Callable[[Bench, int | None], Outcome]
     options: tuple[str, ...] = ()  # Options of the model for this program.
-    prepare: Callable[[Bench], object] = lambda bench: None
-    """Function that prepares the bench; it is called before observers are connected."""
+    prepare: Callable[[Bench], object] = lambda bench: None  # Called before observers are connected.
 
 
 def load(path: Path, target: str = "") -> Program:

@@ -16,8 +16,7 @@ from axistwin.storage import contents, encoding_of, split_at_end
 
 ACKNOWLEDGE = b"\x06"
 END = b"\xff\xff"
-READY = b"UCI UDI ZS "
-"""Commands that clear the limit fault of an unwired motor; in a limit fault the motor accepts no program."""
+READY = b"UCI UDI ZS "  # Clears the limit fault of an unwired motor, in which it accepts no program.
 _line_end = re.compile(r"\r\n|[\r\n\v\f]")
 _foreign = re.compile(r"[^\0-\x1b\x1f-\x7f]")
 _odd_end = re.compile("[\x1c-\x1e\x85\u2028\u2029]")  # Characters that end a line in Python, but not in a motor.

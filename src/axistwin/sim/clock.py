@@ -17,8 +17,7 @@ from axistwin.units import MOST_NS
 
 __all__ = ["Clock", "Event", "Interrupt", "Moment", "Procedure", "Process", "interrupt", "kill"]
 
-Procedure = Generator[Event, Any, Any]
-"""A device procedure: a generator that yields events and is resumed when the events have happened."""
+Procedure = Generator[Event, Any, Any]  # Yields events, and is resumed when they have happened.
 
 LAST = 9  # Rank of external events, which come after all events of the bench itself.
 _AFTER_EVERYTHING_ELSE = 1_000  # SimPy executes simultaneous events in the order of their priority numbers.
@@ -39,15 +38,11 @@ class Clock(Environment):
 
     def __init__(self) -> None:
         super().__init__()
-        self.patient = True
-        """False if the clock is paced by real time, so that no event may take seconds to compute."""
-        self.background = 0
-        """Number of scheduled events that only maintain a display, such as the next flash of an observed lamp."""
+        self.patient = True  # False if the clock is paced by real time, so that no event may take seconds to compute.
+        self.background = 0  # Number of scheduled events for which a run need not wait, e.g. a lamp's next flash.
         self.interrupted: set[Process] = set()
-        self.by_itself = False
-        """True while the bench itself performs an action at a machine, by its script or a fault."""
-        self._unobserved = False
-        """True while `run_to` executes events, and nobody observes the clock between the events."""
+        self.by_itself = False  # True while the bench itself performs an action at a machine, by its script or a fault.
+        self._unobserved = False  # True while `run_to` executes events, and nobody observes the clock between.
         self._ends: Signal[[]] = Signal()
 
     @property

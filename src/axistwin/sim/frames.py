@@ -147,10 +147,8 @@ class Frame:
     spaces: tuple[tuple[int, int], ...]
     bit: int
     per: int
-    sent: tuple[UartFormat, int] | None = None
-    """Format and value of an undisturbed character; None for any other signal."""
-    own: bool = False
-    """True if the receiver's own transmitter sends the frame on a shared pair; the receiver then ignores the frame."""
+    sent: tuple[UartFormat, int] | None = None  # An undisturbed character; None for any other signal.
+    own: bool = False  # True for a frame of the receiver's own transmitter on a pair, which it ignores.
 
     @classmethod
     def of(cls, start_ns: int, sent: UartFormat, byte: int, flipped: int = 0, *, own: bool = False) -> "Frame":

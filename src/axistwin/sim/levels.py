@@ -26,8 +26,7 @@ class Space:
 
     def __init__(self, begin: int, end: int, per: int, unread: bool) -> None:
         self.begin, self.end, self.per = begin, end, per
-        self.unread = unread
-        """True if the space begins with a falling edge that the receiver may still take as a start bit."""
+        self.unread = unread  # True if the receiver may still take the falling edge as a start bit.
 
 
 class Levels:

@@ -4,8 +4,7 @@ from collections.abc import Callable
 
 from axistwin.sim.signal import Signal
 
-LineWatcher = Callable[[str, int], None]
-"""Function that is called with the name of a program and the index of a line, from 0."""
+LineWatcher = Callable[[str, int], None]  # Called with a program's name and a line's index, from 0.
 Line = tuple[str, int]  # A line of a program: the name of the program, and the index of the line from 0.
 
 

@@ -36,8 +36,7 @@ class Reading:
         """
         self.edge_ns = edge // edge_per
         self.end_ns = self.edge_ns + fmt.receive_ns  # The end of the first stop bit.
-        self.space = space
-        """The space that begins with the falling edge; None if sampling began later, in the middle of a character."""
+        self.space = space  # The space that the falling edge begins; None if sampling began within a character.
 
     def read(self, wire: Levels, before_ns: int | None = None) -> int:
         """Sample the levels before this time, or all; stop at a false start.  Return the number of samples."""

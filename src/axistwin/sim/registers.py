@@ -69,8 +69,7 @@ class RegisterPort:
         self.status_changes: Signal[[]] = Signal()  # Event: the status byte has changed.
         self.commands: Signal[bytes] = Signal()  # Event: the host has transferred a whole command.
         self.messages: Signal[bytes] = Signal()  # Event: the device has a message ready for the host.
-        self.interrupt_line = Pin(clock, "interrupt", output=True)
-        """The interrupt line to the host, for subscribers; high: active."""
+        self.interrupt_line = Pin(clock, "interrupt", output=True)  # To the host; high: active.
         self.on_control: Callable[[int], None] = lambda value: None
         self.on_init: Callable[[], None] = lambda: None
 

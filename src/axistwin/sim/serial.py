@@ -26,8 +26,7 @@ from axistwin.sim.signal import Signal
 from axistwin.units import S, to_ns
 
 MANY = 12  # Number of stored spaces above which a receiver samples early; about three characters.
-LevelAt = Callable[[Fraction], bool]
-"""Function that returns the level of the line at a time in ns after a falling edge."""
+LevelAt = Callable[[Fraction], bool]  # Level of the line at a time in ns after a falling edge.
 
 
 class Wire(Protocol):
@@ -315,18 +314,15 @@ class Uart:
 
     Arguments: the time that the line is low, and the levels from the falling edge on.
     """
-    resynchronises: bool = False
-    """If True, a falling edge between the last data bit and a low stop bit is the next start bit."""
-    has_room: Callable[[], bool] = lambda: True
-    """False while the receiver is full; on an instant line the sender then blocks."""
+    resynchronises: bool = False  # A falling edge between the last data bit and a low stop bit begins the next.
+    has_room: Callable[[], bool] = lambda: True  # False while the receiver is full: an instant sender then blocks.
 
     on_idle: Callable[[], None] = lambda: None
 
     def __post_init__(self) -> None:
         self.line: Wire = _Nowhere()
         self.peers: tuple[Uart, ...] = ()  # The ends whose characters arrive here.
-        self.received: Signal[int, LineError] = Signal()
-        """Emitted with each received character, after `on_receive`."""
+        self.received: Signal[int, LineError] = Signal()  # Emitted with each received character, after `on_receive`.
         self.queue: deque[int | Break] = deque()
         self.sending = False
         self.held = False

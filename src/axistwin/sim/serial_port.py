@@ -143,14 +143,12 @@ class SerialPort:
         self.host = HostEnd(clock, self._uart)
         self.handshake = dtr is not None
         self.dtr_line, self.rts_line = dtr or Pin(clock, "dtr", True), rts or Pin(clock, "rts", True)
-        self.hung_up = Pin(clock, "hung up")
-        """High while the port to which clients connect is gone, by the fault `hang_up`."""
+        self.hung_up = Pin(clock, "hung up")  # High while the clients' port is gone, by the fault `hang_up`.
         self._received_bytes = bytearray()
         self._receives: Signal[int, LineError] = Signal()
         self.breaks: Signal[float] = Signal()  # Event: the host sends a break, of this duration in seconds.
         self._writes: Signal[bytes] = Signal()
-        self.settings: Signal[Setting] = Signal()
-        """Event: a setting is about to change, and not by the bench itself."""
+        self.settings: Signal[Setting] = Signal()  # Event: a setting is about to change, and not by the bench itself.
         self._flow = Flow.NONE
         self._held = self._stopped = False
         self.to_device, self.from_device = wiring(self._uart)

@@ -9,8 +9,7 @@ from itertools import pairwise
 from axistwin.sim.frames import Break, UartFormat
 from axistwin.sim.serial import Line, Uart
 
-Wiring = Callable[[Uart], tuple[Line, Line]]
-"""Connects the host's end to devices.  Returns the line from the host and the line to the host."""
+Wiring = Callable[[Uart], tuple[Line, Line]]  # Connects the host; returns the lines from and to it.
 
 
 def wire(sender: Uart, receiver: Uart, instant: bool) -> Line:

@@ -51,8 +51,7 @@ class State(ABC):
         """`encoder` is True for an 1811, which has an encoder interface."""
         self.clock, self.commands, self.options, self.pins = clock, commands, options, pins
         self.start_ns, self.step_ns = ns(options.start_ms), ns(options.step_ms)
-        self.alive = True
-        """False during the test function and after a failure, when the processor performs no commands."""
+        self.alive = True  # False during the test function and after a failure: no commands are performed.
         self.busy_until_ns = 0
         self.on_refusal: Callable[[Refusal], None] = lambda refusal: None
         """Function that is called with each command of the host that the board ignores."""
@@ -67,8 +66,7 @@ class State(ABC):
         # Procedures
         self.sequences, self.sequencer = Sequences(options.buffer_bytes), Sequencer(clock)
         self.stream = Stream(clock, options.buffer_bytes, self.send, self.refresh)
-        self.host, self.sequence = Owner(clock), Owner(clock)
-        """The two sources of commands, each with a SINGULAR command of its own in progress."""
+        self.host, self.sequence = Owner(clock), Owner(clock)  # Sources of commands, each with a SINGULAR one.
         # Inputs and outputs
         self.events = Events(self.send)
         self.triggers = Triggers(

@@ -64,8 +64,7 @@ class Interface(State):
         self._text: list[str] = []
         self._told = False
         self._last_typed = 0  # Code of the last character of the message in progress that is no CR, LF or space.
-        self._cancelled = False
-        """True if `# <CR>` has acted while it waits in the buffer: what is before it begins no motion."""
+        self._cancelled = False  # True if `# <CR>` has acted in the buffer: what is before it begins no motion.
         # For each character of the incoming message: True if the highest of the character's eight bits is 1.
         self._eighth: list[bool] = []
         self.pins["led"].set(True)

@@ -55,8 +55,7 @@ class State(ABC):
         self.stage = Stage.RESET
         self.frame, self.baudrate, self.locked = Frame(), 0, False
         self.lock: MessageFormat | None = None
-        self.eighth: tuple[bool, ...] = ()
-        """Bit 8 of each character of the message in progress, terminator included."""
+        self.eighth: tuple[bool, ...] = ()  # Bit 8 of each character of the message in progress, terminator included.
         self.ignored: tuple[int, ...] = ()  # Characters that are ignored if received next.
         self.parameters = Parameters()
         self.sequence = ""
@@ -70,8 +69,7 @@ class State(ABC):
         self.on_refusal: Callable[[Refusal], None] = lambda refusal: None
         """Function that is called with each message of the host that is not carried out."""
         self.begun = ""  # Text of the message that has begun the present move.
-        self._ramp_before: Parameters | None = None
-        """Parameters before the new ramp data, until the new ramp is calculated; otherwise None."""
+        self._ramp_before: Parameters | None = None  # Parameters before new ramp data, until the ramp is calculated.
         self._muted_until_ns = 0
         self.motion = RampGenerator(clock, card.axes, pins)
         self.faults = Faults(pins, self._show_fault)

@@ -27,8 +27,7 @@ class Problem(NamedTuple):
     message: str
     chapter: str
     about: tuple[str, ...] = ()  # Names of the `Parameters` that conflict.
-    end: int = 0
-    """Index after the last character of the problem; 0: the problem is the one character at `position`."""
+    end: int = 0  # Index after the last character of the problem; 0: the problem is the one character at `position`.
 
 
 @dataclass
@@ -52,8 +51,7 @@ class Step:
     pulse: int | None = None
     repeat: tuple[int, int] | None = None
     hand_over: bool = False
-    places: dict[str, int] = field(default_factory=dict, compare=False)
-    """Index of each setting in the text, by name."""
+    places: dict[str, int] = field(default_factory=dict, compare=False)  # Index of each setting in the text, by name.
 
 
 RANGES: dict[str, tuple[int, int]] = {

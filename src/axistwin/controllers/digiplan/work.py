@@ -14,8 +14,7 @@ class Work:
     def __init__(self, clock: Clock, motion: RampGenerator, on_free: Callable[[], None]) -> None:
         self.clock, self.motion, self._on_free = clock, motion, on_free
         self.process: Process | None = None
-        self.control: Event | None = None
-        """Event that continues the sequence, while the host has control; otherwise None."""
+        self.control: Event | None = None  # Event that continues the sequence, while the host has control.
         self.held: Process | None = None
         self.released = Moment(clock)  # The held message has begun or is deleted.
         self._freed: Event | None = None

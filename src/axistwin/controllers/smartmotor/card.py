@@ -126,10 +126,8 @@ class SmartMotor:
         self.pins["brake"].set(True)
 
 
-NAME = re.compile(r"[A-Za-z]+|a[bwl]\[\d{1,3}\]", re.ASCII)
-"""A variable, a parameter, a gain, or an element of an array."""
-GAINS = ("KP", "KI", "KD", "KL", "KS", "KV", "KA", "KG")
-"""Coefficients of the PID filter, which the command F puts in force."""
+NAME = re.compile(r"[A-Za-z]+|a[bwl]\[\d{1,3}\]", re.ASCII)  # A variable, parameter, gain or array element.
+GAINS = ("KP", "KI", "KD", "KL", "KS", "KV", "KA", "KG")  # Coefficients of the PID filter, which F puts in force.
 ORDERS = (
     Order("RUN", b"RUN\r", "Start the stored program from the top"),
     Order("END", b"END\r", "End the program; motion continues"),

@@ -18,8 +18,7 @@ class Nonvolatile:
     program: str = ""  # The text of the program as `image.strip` makes it.
     broken: bool = False  # True if a download was interrupted or damaged.
     locked: bool = False  # True if the command LOCKP has forbidden uploads of the program.
-    eeprom: bytearray = field(default_factory=bytearray)
-    """The data EEPROM as far as it has been written to; the rest is erased."""
+    eeprom: bytearray = field(default_factory=bytearray)  # As far as it has been written to; the rest is erased.
 
     def save(self, store: Store) -> None:
         """Save the contents of the motor's nonvolatile memory as readable text."""

@@ -76,14 +76,10 @@ class Processor(Dispatcher, ABC):
         self.brake_control, self.mtb_enabled = Control.SERVO, True
         self.powered = True
         self.refused = False  # True if a fault has prevented the last requested movement.
-        self.host: Channel | None = None
-        """Channel whose command is being executed; None if no host's command is being executed."""
-        self.why_refused: str | None = None
-        """Why the present command of the host is refused, as in `Refusal`; None if it is not refused."""
-        self.statement_before = s.NOTHING_YET
-        """The statement that was announced last since the program was started."""
-        self.on_pin_use: Signal[[]] = Signal()
-        """Event: pins A and B become the inputs of an encoder, or of steps and direction."""
+        self.host: Channel | None = None  # Channel whose command is being executed, or None.
+        self.why_refused: str | None = None  # Why the present command is refused, as in `Refusal`, or None.
+        self.statement_before = s.NOTHING_YET  # The statement that was announced last since the program was started.
+        self.on_pin_use: Signal[[]] = Signal()  # Event: A and B become encoder inputs, or step and direction.
         self.on_fault: Callable[[str], None] = lambda name: None
         """Function that is called with the name of the flag when a fault of table 4.1 occurs."""
         self.on_refusal: Callable[[str], None] = lambda reason: None

@@ -21,8 +21,7 @@ LEFT_OUT = ("CLK", "I")
 BUFFERED = ("P", "V")
 SOFT_LIMITS = "SLE"  # The register that is 1 while the software limits are enabled; no command reports it.
 WHILE_RESTING = ("RTEMP",)
-COSTLY = (*WHILE_RESTING, LINE)
-"""Registers that change so often that they are traced only on request; `line` changes in every sample of a program."""
+COSTLY = (*WHILE_RESTING, LINE)  # Traced only on request; `line` changes in every sample of a program.
 
 
 @cache

@@ -24,8 +24,7 @@ class EncoderPin(UserPin):
         self._bit, self._master = s.USER_PINS.index(name), master
         self.levels: Callable[[int], int] = quadrature
         """Function that returns the levels of pins A (1) and B (2) at a count of the external encoder."""
-        self.on_wiring: Callable[[], None] = lambda: None
-        """Function that is called when another source may determine the level."""
+        self.on_wiring: Callable[[], None] = lambda: None  # Called when another source may determine the level.
         self._edges: Signal[Pin] = Signal()
         self._last = True
         self._disarm: Callable[[], object] = lambda: None

@@ -29,8 +29,7 @@ TAKE_TIME = (*NEED_DEFAULT, RESUME, 0x40, 0x41)
 IGNORED_MEANWHILE = (0x92, 0xD9, 0xDA)
 MODAL = frozenset((0x50, 0x51, 0x52, 0x53, 0xD8, 0xD9))
 """Opcodes of the commands that decide which commands the board accepts next: modes, and definitions of sequences."""
-DATA = {0xE0: 0x51, 0xE1: 0x52, 0xE3: 0x53}
-"""By opcode of streamed data, the opcode of the streaming mode that accepts these data."""
+DATA = {0xE0: 0x51, 0xE1: 0x52, 0xE3: 0x53}  # Streaming mode that accepts streamed data, by their opcode.
 END_OF_STREAM = -0x7FFF
 SHORTEST_NS = 2 * MS  # The shortest duration of a velocity-distance pair.
 
@@ -48,8 +47,7 @@ class Given:
 class Definitions:
     """The board's definitions and its mode, after the commands that have been checked."""
 
-    moves: dict[int, int] = field(default_factory=dict)
-    """Opcode of the command that has defined each move, by number of the move."""
+    moves: dict[int, int] = field(default_factory=dict)  # Opcode that has defined each move, by its number.
     sequences: dict[int, list[Given]] = field(default_factory=dict)
     defining: int | None = None
     begun: Given | None = None

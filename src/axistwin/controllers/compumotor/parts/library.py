@@ -58,8 +58,7 @@ class Move:
         return bytes([self.kind, number, self.xy]) + numbers + target
 
 
-NO_MOVE = Move(Kind.CONTINUOUS, (0, 0), 0, 0)
-"""Move zero after reset, which requests report until a first move has begun."""
+NO_MOVE = Move(Kind.CONTINUOUS, (0, 0), 0, 0)  # Move zero after reset, which requests report until a first move begins.
 
 
 class Library:
@@ -67,8 +66,7 @@ class Library:
 
     def __init__(self, clock: Clock, calculation_ns: int) -> None:
         self.clock, self.calculation_ns = clock, calculation_ns
-        self.default = NO_MOVE
-        """Move zero (31h), which is not calculated in advance.  It is not performed while its acceleration is 0."""
+        self.default = NO_MOVE  # Move zero (31h), not calculated in advance; not performed while its acceleration is 0.
         self._moves: dict[int, Move] = {}
         self._ready_ns: dict[int, int] = {}
         self._idle_ns = 0

@@ -27,8 +27,7 @@ class Phase(Enum):
 
 RAMPS = (Phase.ACCELERATING, Phase.DECELERATING)
 AT_REST = Profile(())
-MOST_SEGMENTS = 16
-"""Maximum number of segments that a stream appends to one profile; after that, a new profile begins."""
+MOST_SEGMENTS = 16  # Maximum number of segments that a stream appends to one profile; after that, a new profile begins.
 
 
 @dataclass(frozen=True)

@@ -14,8 +14,7 @@ BASE_CLOCKS = {
 }  # fmt: skip
 """Base clocks in Hz, by the code that 51h to 53h use."""
 
-FULL = 65_536
-"""Streamed velocity number that would equal the effective clock; the highest velocity is half the clock."""
+FULL = 65_536  # Streamed velocity number that would equal the effective clock; the highest velocity is half the clock.
 
 
 @dataclass(frozen=True)
@@ -59,8 +58,7 @@ VELOCITY_RANGES = (
     VelocityRange(Fraction(1, 60), BASE_CLOCKS[6] / 15),
     VelocityRange(Fraction(1), BASE_CLOCKS[1] / 2),
 )
-ACCELERATION_RANGES = (Fraction(1), Fraction(1, 10), Fraction(1, 100))
-"""Velocity units per second for an acceleration number of 1."""
+ACCELERATION_RANGES = (Fraction(1), Fraction(1, 10), Fraction(1, 100))  # Velocity units/s for the number 1.
 
 
 def acceleration(ranges: tuple[int, int], number: int) -> Fraction:

@@ -106,8 +106,7 @@ class Tracking:
         self.use = Use.OPEN_LOOP
         self._began = 0
         self.ended: int | None = 0  # Encoder count at the end of the last move; None during a move.
-        self.reference: tuple[int, int] | None = (0, 0)
-        """Motor and encoder positions from which slip is measured; None after a stall of this move."""
+        self.reference: tuple[int, int] | None = (0, 0)  # Positions from which slip is measured; None after a stall.
         self.correction: VelocityProfile | None = None
         self.ticking = False
 

@@ -21,8 +21,7 @@ class Retained:
     frame: Frame = field(default_factory=Frame)
     parameters: Parameters = field(default_factory=Parameters)
     sequence: str = ""
-    lock: MessageFormat | None = None
-    """Format of the lock command.  The unlock command must have this format; None means that any format is valid."""
+    lock: MessageFormat | None = None  # Format of the lock, which the unlock must have; None: any.
 
     def save(self, store: Store) -> None:
         """Save the retained data, e.g. the baud rate, in the battery-backed memory, as JSON."""

@@ -14,10 +14,8 @@ class BreakIn:
 
     def __init__(self, state: State) -> None:
         self._state = state
-        self._offered: UartFormat | None = None
-        """The default format, if the present character can be `(` in the default format; otherwise None."""
-        self._detected: UartFormat | None = None
-        """Format of the last character `(`: baud rate, data bits, parity and stop bits."""
+        self._offered: UartFormat | None = None  # The default format, if the character can be `(` in it.
+        self._detected: UartFormat | None = None  # Format of the last `(`.
         state.buffer.intercept = self._intercept
 
     def enable(self, on: bool) -> None:

@@ -34,12 +34,9 @@ class InputBuffer:
         self.intercept: Callable[[int], bool] = lambda byte: False
         """Function that is called with each character; the character is not buffered if it returns True."""
         self.on_full: Callable[[bool], None] = lambda full: None
-        self.on_terminator: Callable[[int], None] = lambda code: None
-        """Function that is called when CR or LF is received."""
-        self.checking = False
-        """True if receive errors are reported as faults: from the data format on, while the interface is not locked."""
-        self.tolerant = False
-        """True if characters with errors are accepted, because the data format is not known yet."""
+        self.on_terminator: Callable[[int], None] = lambda code: None  # Called when CR or LF is received.
+        self.checking = False  # True if receive errors are faults: with a data format, while not locked.
+        self.tolerant = False  # True if characters with errors are accepted, because the data format is not known yet.
         self.full = False
         self._register: tuple[int, LineError] | None = None
         self._began_ns = clock.now

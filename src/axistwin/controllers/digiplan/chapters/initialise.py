@@ -15,11 +15,9 @@ BAUD_DETECT, ERASE = ord("("), ord("*")
 NO_BAUD_RATE = "characters from the host are dropped, no baud rate yet: send ( first, at 110 to 9600 baud"
 NO_FORMAT = "characters from the host are dropped, no data format yet: send it first, e.g. U61 <CR>"
 ECHOED = "U"  # The reply of the interface to `(`, which sample program 4 of the manual sends back to the interface.
-FALSE_CHARACTER = 0x7F
-"""Extra character that a UART without parity receives when it takes the host's parity bit 0 for a start bit."""
+FALSE_CHARACTER = 0x7F  # Received without parity if the host's parity bit 0 is taken for a start bit.
 FLASH_NS = 250 * MS  # The lamp flashes twice per second: on for 250 ms, off for 250 ms.
-REINITIALISE_NS = 5 * MS
-"""Time after the data format message in which the interface ignores all characters (option `strict_format`)."""
+REINITIALISE_NS = 5 * MS  # After the format message, all characters are ignored (option `strict_format`).
 
 
 def baud_rate(low_ns: Fraction) -> int | None:

@@ -24,8 +24,7 @@ class RampGenerator:
         self.profile = Profile(())
         self.ramp: Ramp | None = None
         self.directions: dict[str, int] = {}
-        self.ended: Event = clock.event()
-        """Event at the end of the motion; a change of the profile replaces this event."""
+        self.ended: Event = clock.event()  # The end of the motion; a change of the profile replaces this event.
         self.interpolating = False
         self._ratios: dict[str, Fraction] = {}
         self._start_ns = 0

@@ -38,8 +38,7 @@ class _Checker:
         self.sequence: Message | None = None
         self.locked_in: int | None = None
         self.frame: Frame | None = None
-        self.not_started: Sequence[Sent] = ()
-        """The last message that gave a distance without `$`, if no move has been started since."""
+        self.not_started: Sequence[Sent] = ()  # The last distance without `$`, if no move has been started since.
 
     def end(self) -> None:
         """Report a distance that the program sets but, without a `$`, never uses."""

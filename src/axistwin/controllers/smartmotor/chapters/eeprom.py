@@ -23,8 +23,7 @@ class Run(NamedTuple):
     left: int
 
 
-FindRun = Callable[[Processor], Run | None]
-"""Function that returns the range of variables for the first operand of a VST or VLD, or None."""
+FindRun = Callable[[Processor], Run | None]  # Returns the range of the first operand of a VST or VLD, or None.
 
 
 def pointer(motor: Processor, value: int) -> None:

@@ -11,8 +11,7 @@ from axistwin.controllers.smartmotor.chapters import brakes
 from axistwin.controllers.smartmotor.kernel import state as s
 from axistwin.controllers.smartmotor.processor import Processor
 
-ROLES = {"C": s.LIMIT_C, "D": s.LIMIT_D, "G": s.GO_PIN}
-"""Pins that have a role until a command makes them ordinary inputs or outputs."""
+ROLES = {"C": s.LIMIT_C, "D": s.LIMIT_D, "G": s.GO_PIN}  # Until a command makes them ordinary.
 CHANNEL_1 = "EF"
 
 

@@ -29,8 +29,7 @@ class Routine:
     label: int | None
     pcs: set[int] = field(default_factory=set)
     calls: dict[int, int] = field(default_factory=dict)  # Label that each GOSUB calls, by number of the statement.
-    returns: dict[int, str] = field(default_factory=dict)
-    """Keyword of each return command, by number of the statement."""
+    returns: dict[int, str] = field(default_factory=dict)  # Keyword of each return command, by number of the statement.
 
 
 class Flow:

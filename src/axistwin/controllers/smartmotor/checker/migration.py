@@ -13,8 +13,7 @@ from axistwin.controllers.smartmotor.checker.findings import Findings, constant_
 from axistwin.controllers.smartmotor.checker.flow import Flow
 
 MOTION = ("G", "MT", "MF1", "MF2", "MF4", "MS")
-PLUS, MINUS = {"UCI", "UCO"}, {"UDI", "UDO"}
-"""Commands after which a pin is no limit input; UCP and UDM say that a switch is there."""
+PLUS, MINUS = {"UCI", "UCO"}, {"UDI", "UDO"}  # End a limit input; UCP and UDM say that a switch is there.
 CLEARING = {"UCI": {"ZS", "Zr"}, "UDI": {"ZS", "Zl"}}
 BRAKE_PINS = {"BRKC": "C", "BRKG": "G"}
 

@@ -21,8 +21,7 @@ from axistwin.controllers.smartmotor.options import Options
 from axistwin.controllers.smartmotor.serial.channel import RECORDS
 
 WITH_ARGUMENT = flow.WITH_ARGUMENT
-BINARY, END = 0x80, 0xFF
-"""Bytes of a host that are not text: from 80h, addresses and binary records; FFh, the end of a program."""
+BINARY, END = 0x80, 0xFF  # From 80h, addresses and records of a host; FFh, the end of a program.
 ENDING = b"\r\n\0"  # Characters that end any command; a space ends most.
 
 

@@ -27,8 +27,7 @@ SAMPLE_NS = 245_760  # Duration of a sample in ns; the command RSP reports it as
 SHORTEST, LONGEST, LONGEST_PLAIN = 16, 1 << 12, 1 << 7
 """Numbers of samples in a block; computing a block takes less than 2 ms, the time slice of a served bench."""
 AT_ONCE = 4  # Number of blocks of the longest size that are computed as one while no host can wait for them.
-PLAIN_SAMPLES = 20_000
-"""Number of samples, of all motors, that plain Python computes before the compiler is loaded."""
+PLAIN_SAMPLES = 20_000  # Number of samples, of all motors, that plain Python computes before the compiler is loaded.
 PLAIN_MOTORS = 8  # Number of motors that plain Python runs in real time on any computer.
 STACK = 64
 PID_MOST = 8  # Longest period of the trajectory in samples, set by PID8.

@@ -11,8 +11,7 @@ from axistwin.controllers.smartmotor.kernel.machine import Ints
 from axistwin.controllers.smartmotor.kernel.position import following_error
 
 FRACTION_BITS = 4  # Number of fraction bits of KP, KD, KV, KA and KG: they are in 1/16 of a PWM unit.
-INTEGRAL_BITS = 7
-"""Number of additional fraction bits of KI, which is in 1/2048 of a PWM unit per count and sample."""
+INTEGRAL_BITS = 7  # Number of additional fraction bits of KI, which is in 1/2048 of a PWM unit per count and sample.
 LIMIT_BITS = 6
 """Number of bits of KL's unit: KL, in 4 PWM units, limits the integral term to 64 * KL in 1/16 of a unit."""
 VELOCITY_BITS = 16

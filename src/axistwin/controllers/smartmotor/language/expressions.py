@@ -77,8 +77,7 @@ class Computed:
     """Functions that fetch the external values for the hidden variables, in the order of the text."""
     indices: tuple[Index, ...] = ()
     names: tuple[str, ...] = ()  # The names of the variables, in the order of the text.
-    taken: tuple[str, ...] = ()
-    """Pins whose level the expression assigns to a variable (manual, section 5.1, note 2)."""
+    taken: tuple[str, ...] = ()  # Pins whose level the expression assigns to a variable (manual, section 5.1, note 2).
 
     def fetch(self, motor: Processor) -> None:
         """Fetch the external values of the operand into the hidden variables."""

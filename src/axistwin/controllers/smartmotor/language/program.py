@@ -237,14 +237,12 @@ class _Writer:
     ) -> None:
         self.statements, self.blocks, self._announces = statements, blocks, announces
         self.labels: dict[int, int] = {}
-        self.begins: list[int] = []
-        """Place in the code at which the preceding statement continues, for each statement."""
+        self.begins: list[int] = []  # Place in the code at which the preceding statement continues, for each statement.
         self.heads: list[int] = []
         self._entries: list[int] = []  # Place in the code to which jumps within its block lead, for each statement.
         self.code: list[int] = []
         self._last = -1, -1
-        self._jumps: list[tuple[int, int]] = []
-        """Jumps: index of a word in the code, and the statement whose place will be written there."""
+        self._jumps: list[tuple[int, int]] = []  # Index of a word, and the statement whose place it gets.
         self._calls: list[tuple[int, int, int, int]] = []
         """Jumps to labels: index of a word in the code, label, and begin and end of the statement."""
 

@@ -93,17 +93,14 @@ class Channel:
         self.received = False  # True if a character has been received since power-up.
         self.errors = ChannelError(0)
         self.fifo: deque[int] = deque()
-        self.transfer: Transfer | None = None
-        """The download or upload in progress, or None.  The transfer receives all characters of the channel."""
+        self.transfer: Transfer | None = None  # The download or upload that receives all characters.
         self.direction: UserPin | None = None  # The direction line of an RS-485 converter, pin G.
         self._data_mode = False
         self._when_empty: Callable[[], None] | None = None
         self._words = Words(self._execute, self._refuse_long)
         self._record = bytearray()  # The received bytes of an incomplete binary record.
-        self._spoilt = False
-        """True if a byte of the present binary record was received with an error, e.g. a wrong parity."""
-        self._timeout_ns = 0
-        """Time in ns after its first character within which a command must end; 0 for no time-out."""
+        self._spoilt = False  # True if a byte of the present record had an error, e.g. a wrong parity.
+        self._timeout_ns = 0  # Time in ns after its first character within which a command must end; 0 for no time-out.
         self._begun_ns: int | None = None  # Time at which the incomplete command began, while there is a time-out.
         uart.format = UartFormat()
         uart.on_receive, uart.on_idle = self.receive, self._idle

@@ -18,8 +18,7 @@ END_OF_TEXT = bytes([END])
 UPLOAD_BLOCK = 8
 DECODED_AT_ONCE = 256
 GIVE_UP_NS = 5 * S  # Time without a character after which a download ends.
-SECOND_END_NS = 50 * MS
-"""Delay in ns of the answer to an FF at the end of a block; a second FF in this time ends the program."""
+SECOND_END_NS = 50 * MS  # Delay of the answer to an FF at a block's end; a second FF in it ends the program.
 
 
 class Download:
