@@ -71,9 +71,7 @@ class Words:
     def explain(self, command: bytes) -> str:
         """Return the name of a command and its values, as text."""
         found = language.decode(self.commands, command)
-        if found is None:
-            return "means nothing"
-        return _sentence(found[0].name, _values(found[0].fields, command[1:]))
+        return "means nothing" if found is None else _sentence(found[0].name, _values(found[0].fields, command[1:]))
 
     def explain_message(self, message: bytes) -> str:
         """Return a text that explains the meaning and the values of a message from the board."""

@@ -29,9 +29,7 @@ def start(text: Sequence[Sent]) -> Fix | None:
 def without_distance(text: Sequence[Sent], message: Message, at: int) -> Fix | None:
     """Return a fix that removes the distance from a run, which has none: `X100G` becomes `XG`."""
     found = _DISTANCE.match(message.text, at)
-    if found is None:
-        return None
-    return fixing("remove the distance", replaced(text[found.start(1) : found.end(1)], ""))
+    return None if found is None else fixing("remove the distance", replaced(text[found.start(1) : found.end(1)], ""))
 
 
 def _upper_case(text: Sequence[Sent], message: Message, problem: Problem) -> Fix | None:

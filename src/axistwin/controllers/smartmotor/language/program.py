@@ -194,8 +194,7 @@ class _Matcher:
     def _left_over(self, keyword: str) -> str:
         if not self._open:
             return f"no {keyword} before this statement"
-        begin = self._open[-1].begin
-        return f"no open {keyword} before this statement; {self.statements[begin].text} has not ended"
+        return f"no open {keyword} before this statement; {self.statements[self._open[-1].begin].text} has not ended"
 
     def _part(self, number: int, keyword: str) -> None:
         block = self._inner(keyword)
