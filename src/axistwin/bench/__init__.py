@@ -9,8 +9,7 @@ if TYPE_CHECKING:
     from axistwin.bench.actions import action
     from axistwin.bench.acts import Comment, Do, Expect, Hear, Say, Wait
     from axistwin.bench.bench import Bench
-    from axistwin.bench.codec import CHARACTERS, codec_of
-    from axistwin.bench.control_characters import show_controls
+    from axistwin.bench.codec import CHARACTERS, codec_of, show_controls
     from axistwin.bench.controller import Controller
     from axistwin.bench.events import LineBreak, Sent, terminals
     from axistwin.bench.hosts import host_at, host_of
@@ -22,8 +21,7 @@ else:
         actions="action",
         acts="Comment Do Expect Hear Say Wait",
         bench="Bench",
-        codec="CHARACTERS codec_of",
-        control_characters="show_controls",
+        codec="CHARACTERS codec_of show_controls",
         controller="Controller",
         events="LineBreak Sent terminals",
         hosts="host_at host_of",

@@ -21,6 +21,12 @@ _MEANT = {"r": b"\r", "n": b"\n", "\\": b"\\"}
 _WRITTEN = re.compile(r"\\x[0-9A-Fa-f]{2}|\\.|.")
 _ESCAPE = re.compile(r"\\(?:x(?P<hex>[0-9A-Fa-f]{2})|(?P<letter>.?))", re.DOTALL)
 
+NAMES = {
+    0x00: "NUL", 0x07: "BEL", 0x08: "BS", 0x09: "TAB", 0x0A: "LF", 0x0D: "CR", 0x11: "XON", 0x13: "XOFF", 0x1B: "ESC",
+    0x7F: "DEL",
+}  # fmt: skip
+"""Names of control characters as in the manuals: `<CR>`."""
+
 
 class Characters:
     """Codec for RS232 characters, which become printable text."""
@@ -119,3 +125,13 @@ def unpadded(message: bytes) -> bytes:
 def codec_of(product: Product) -> Codec:
     """Return the codec for the serial line or bus of a controller model."""
     return CHARACTERS if product.language is None else Hex(product.language)
+
+
+def word(byte: int) -> str:
+    """Return a readable text for a byte: the character, its name such as `<CR>`, or its code such as `<9F>`."""
+    return chr(byte) if 0x20 <= byte < 0x7F else f"<{NAMES.get(byte) or f'{byte:02X}'}>"
+
+
+def show_controls(text: str) -> str:
+    """Replace the control characters in a text by their names; a text of one space becomes `<SP>`."""
+    return "<SP>" if text == " " else "".join(word(ord(c)) if ord(c) < 0x80 else c for c in text)

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from functools import partial
 from typing import Any, Protocol
 
-from axistwin.bench.control_characters import show_controls
+from axistwin.bench.codec import show_controls
 from axistwin.controllers.commandset import Command, Field
 
 

@@ -15,10 +15,9 @@ from typing import Any
 
 from axistwin.errors import UsageError, with_article
 from axistwin.fault_injection import places, triggers
-from axistwin.fault_injection.chance import Chance
 from axistwin.fault_injection.kinds import PLACES, THINGS, kind_of
 from axistwin.fault_injection.places import Spot, World
-from axistwin.fault_injection.table import Case, Kind, Mend, On
+from axistwin.fault_injection.table import Case, Chance, Kind, Mend, On
 from axistwin.sim.manual_actions import by_itself
 from axistwin.sim.signal import Signal
 from axistwin.units import to_ns, to_seconds

@@ -6,8 +6,7 @@ from contextlib import ExitStack
 from itertools import islice
 
 from axistwin.bench import Bench, endpoints
-from axistwin.bench.codec import Codec, unpadded
-from axistwin.bench.control_characters import word
+from axistwin.bench.codec import Codec, unpadded, word
 from axistwin.bench.events import Event, LineBreak, Received, Sent, observing
 from axistwin.sessions.session import Session
 from axistwin.units import MS, to_seconds

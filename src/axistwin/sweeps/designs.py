@@ -12,7 +12,7 @@ from math import prod
 from typing import Any
 
 from axistwin.errors import UsageError, require
-from axistwin.fault_injection.chance import Chance
+from axistwin.fault_injection.table import Chance
 from axistwin.sweeps import sensitivity
 from axistwin.sweeps.values import MOST, Value, Values
 

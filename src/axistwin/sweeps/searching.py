@@ -13,7 +13,7 @@ from math import isfinite
 from typing import Any
 
 from axistwin.errors import UsageError, require
-from axistwin.fault_injection.chance import Chance
+from axistwin.fault_injection.table import Chance
 from axistwin.sweeps.designs import at_fractions
 from axistwin.sweeps.job import Row
 from axistwin.sweeps.journal import Journal

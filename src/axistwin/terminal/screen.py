@@ -5,7 +5,7 @@ from collections.abc import Callable
 from enum import Enum
 from typing import TextIO
 
-from axistwin.bench.control_characters import word
+from axistwin.bench.codec import word
 
 CR, LF = 0x0D, 0x0A
 CLEAR = "\r\x1b[K"

@@ -8,7 +8,7 @@ from textwrap import fill
 import click
 
 from axistwin.bench import product
-from axistwin.bench.control_characters import show_controls
+from axistwin.bench.codec import show_controls
 from axistwin.cli.common.completing import complete_model
 from axistwin.cli.common.listing import print_rows
 from axistwin.controllers.commandset import Command

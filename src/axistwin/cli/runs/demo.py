@@ -9,7 +9,7 @@ import click
 
 from axistwin import Bench
 from axistwin.bench import Controller
-from axistwin.bench.control_characters import word
+from axistwin.bench.codec import word
 from axistwin.cli.common.parameters import FILE
 from axistwin.reports import transcript
 from axistwin.reports.columns import columns
