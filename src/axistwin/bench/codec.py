@@ -17,7 +17,6 @@ _SHOWN = [chr(byte) if 0x20 <= byte < 0x7F else f"\\x{byte:02X}" for byte in ran
 _SHOWN[ord("\r")], _SHOWN[ord("\n")], _SHOWN[ord("\\")] = r"\r", r"\n", r"\\"
 _BLANK = r"\x20"
 _MEANT = {"r": b"\r", "n": b"\n", "\\": b"\\"}
-# This pattern matches one character or one escape sequence, e.g. "\x0D".
 _WRITTEN = re.compile(r"\\x[0-9A-Fa-f]{2}|\\.|.")
 _ESCAPE = re.compile(r"\\(?:x(?P<hex>[0-9A-Fa-f]{2})|(?P<letter>.?))", re.DOTALL)
 

@@ -156,8 +156,6 @@ class _Comparer(Player):
     def _note_level(self, changes: deque[tuple[int, bool]], pin: Pin) -> None:
         changes.append((self.bench.now, pin.level))
 
-    # Methods that replay a recorded exchange between a host and a controller
-
     def _played(self, act: Act) -> "partial[None]":
         return partial(self._pass, act) if self._is_skipped(act) else partial(self._do, act, super()._played(act))
 

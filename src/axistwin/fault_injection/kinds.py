@@ -21,7 +21,6 @@ FAR = 1 << 31
 KINDS = {
     kind.name: kind
     for kind in (
-        # Faults that affect a serial line
         Kind("lose", On.LINE, "characters never arrive", lines.lose, (COUNT, PROBABILITY, TO)),
         Kind("double", On.LINE, "characters arrive twice", lines.double, (COUNT, PROBABILITY, TO)),
         Kind("flip", On.LINE, "data bits of characters are inverted", lines.flip, (COUNT, MASK, PROBABILITY, TO)),
@@ -39,7 +38,6 @@ KINDS = {
             Parameter("line", Sort.WORD, "a control line of the device", words=CONTROL_LINES),
             Parameter("level", Sort.LEVEL, "the level", default=False)), check=lines.check_handshake),
         Kind("hang_up", On.LINE, "the port disconnects its client, and is gone", lines.hang_up),
-        # Faults that affect an electrical terminal, e.g. an input pin
         Kind("stuck", On.PIN, "a switch or a pin stays at a level", machines.stuck, (
             Parameter("level", Sort.LEVEL, "the level", optional=False),)),
         Kind("bounce", On.PIN, "a switch bounces whenever it changes", machines.bounce, (
@@ -49,7 +47,6 @@ KINDS = {
              check=machines.check_wire),
         Kind("open_limit", On.CONTROLLER, "a limit switch's circuit is open", machines.open_limit, (
             Parameter("side", Sort.WORD, "the switch", default="both", words=SIDES),), check=machines.check_limits),
-        # Faults that affect an axis
         Kind("encoder_slips", On.AXIS, "the encoder turns on its shaft, once", machines.encoder_slips, (
             Parameter("counts", Sort.WHOLE, "displacement", "counts", low=-FAR, high=FAR),), at_once=True,
             check=machines.check_encoder),
@@ -72,7 +69,6 @@ KINDS = {
             check=machines.check_push),
         Kind("drive_fault", On.AXIS, "the drive switches off and signals a fault", machines.drive_fault,
              check=machines.check_drive),
-        # Faults that affect a whole controller
         Kind("overheat", On.CONTROLLER, "a SmartMotor's surroundings are hot", machines.overheat, (
             Parameter("celsius", Sort.NUMBER, "ambient temperature", "°C", 90.0, low=-40, high=150),),
             check=machines.check_motor),

@@ -14,8 +14,6 @@ from axistwin.plant.stepper import StepperAxis
 from axistwin.sim.pins import Pin
 from axistwin.units import MS
 
-# Terminals
-
 
 def stuck(case: Case) -> Mend:
     """Fault: the terminal is held at a level, even if another level is applied."""
@@ -113,9 +111,6 @@ def check_limits(spot: Spot) -> None:
         raise UsageError(f"controller {spot.name} has no inputs for limit switches: expected e.g. a SmartMotor")
 
 
-# Encoders
-
-
 def encoder_slips(case: Case) -> Mend:
     """Fault: the encoder slips once on its shaft, by a number of counts."""
     _axis(case).encoder.slip(case.values["counts"])
@@ -176,9 +171,6 @@ def check_data_sheet(spot: Spot) -> None:
         )
 
 
-# Motors
-
-
 def stall(case: Case) -> Mend:
     """Fault: the motor has only a fraction of its torque, or no torque."""
     return _axis(case).weaken(case.values["left"])
@@ -226,9 +218,6 @@ def _fault_pin(spot: Spot) -> str:
         axes = ", ".join(pins)
         raise UsageError(f"{controller} has no drive fault input for axis {name}: expected one of the axes {axes}")
     return pins[name]
-
-
-# Faults that affect a whole controller
 
 
 def overheat(case: Case) -> Mend:

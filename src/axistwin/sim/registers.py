@@ -116,8 +116,6 @@ class RegisterPort:
             self._status = value
             self.status_changes.emit()
 
-    # Subscriptions
-
     def subscribe_sent(self, callback: Callable[[bytes], None]) -> Callable[[], None]:
         """Call `callback(command)` with each complete command from the host.  Return an unsubscribe function."""
         return self.commands.subscribe(callback)

@@ -67,8 +67,6 @@ class Line:
         # End time of the latest delayed character in ns; the next character must not begin before this time.
         self._free_ns = 0
 
-    # Faults of the serial line
-
     def disturb(self, disturbance: Disturbance) -> Callable[[], None]:
         """Begin a disturbance, e.g. the loss of characters; return a function that ends it."""
         self._disturbances.append(disturbance)
@@ -111,8 +109,6 @@ class Line:
             self.receiver.take(0, LineError.FRAMING | LineError.BREAK)
         else:
             self._append(Frame.held(self.clock.now, duration_ns))
-
-    # Transmission of characters on the wire
 
     @property
     def ready(self) -> bool:
@@ -178,8 +174,6 @@ class Line:
             self.clock.call_later(delay_ns, lambda: arrive(frame))
         else:
             arrive(frame)
-
-    # Reception of characters from the wire
 
     def _append(self, frame: Frame) -> None:
         """Put a frame on the wire now.  Samples before now are final."""

@@ -26,9 +26,6 @@ class Flow(Enum):
     X_ON_X_OFF = "xon"
 
 
-# Actions of a host at a serial line
-
-
 class Write(NamedTuple):
     """Action of a host: queue data for transmission."""
 

@@ -56,18 +56,15 @@ class State(ABC):
         self.on_refusal: Callable[[Refusal], None] = lambda refusal: None
         """Function that is called with each command of the host that the board ignores."""
         self.handshake = Handshake(clock, port, pins, options)
-        # Motion
         self.pulses = PulseGenerator(clock, axis, pins["direction"])
         self.limits = Limits(clock, self.pulses, pins["cw_limit"], pins["ccw_limit"], ns(options.limit_us, US))
         self.library, self.motion = Library(clock, ns(options.calculation_ms)), Motion()
         self.start_stop = 0
         self.zero = self.home = 0  # Absolute zero and HOME, in the pulse generator's count.
         self.home_definition: HomeDefinition | None = None
-        # Procedures
         self.sequences, self.sequencer = Sequences(options.buffer_bytes), Sequencer(clock)
         self.stream = Stream(clock, options.buffer_bytes, self.send, self.refresh)
         self.host, self.sequence = Owner(clock), Owner(clock)  # Sources of commands, each with a SINGULAR one.
-        # Inputs and outputs
         self.events = Events(self.send)
         self.triggers = Triggers(
             clock,

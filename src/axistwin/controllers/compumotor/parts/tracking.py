@@ -91,7 +91,6 @@ class Tracking:
     def __init__(self, pulses: PulseGenerator, encoder: Encoder, *, moves: bool) -> None:
         """`moves`: True if closed-loop moves are available, by an encoder or by the option `encoder_commands`."""
         self._pulses, self.encoder, self.moves = pulses, encoder, moves
-        # Parameters
         self.ratio: tuple[int, int] | None = None
         self.resolution: int | None = None
         self.sigma: int | None = None

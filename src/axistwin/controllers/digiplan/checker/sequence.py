@@ -43,7 +43,6 @@ def follow(steps: Sequence[Step], parameters: Parameters) -> Iterator[Finding]:
             if finding is not None:
                 yield finding
                 if finding.problem.rule.severity is Severity.ERROR or running:
-                    # The sequence ends at this step, because of an error or an endless motion.
                     continue
             running = arrival.number if step.run else running
         todo += [_Arrival(number, arrival.parameters.left_by(step), running) for number in _next(step, arrival.number)]

@@ -145,8 +145,6 @@ def read(text: str) -> Statement:
         return Statement(text, found, (WITHOUT_VALUE,) if condition else (), malformed.problem)
 
 
-# Patterns and functions that find the name of a command at the beginning of a statement
-
 _HEADS: tuple[tuple[re.Pattern[str], str], ...] = (
     (re.compile(r"([A-Z]+)(?:[ \t]+|\Z)", re.ASCII), "{}"),
     (re.compile(r"([A-Z]+)=", re.ASCII), "{}="),
@@ -229,8 +227,6 @@ def digits_as_address(text: str) -> tuple[int, str] | None:
         return None
     return GLOBAL + int(match[1]), match[2]
 
-
-# Parsing the operands of a command
 
 _Read = Callable[[str, int, Instruction], tuple[Operand, ...]]
 
