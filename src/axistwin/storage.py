@@ -46,7 +46,6 @@ class MemoryStore:
         return self._contents
 
     def save(self, contents: bytes) -> None:
-        """Save the contents."""
         self._contents = contents
 
     def end(self) -> None:
@@ -184,7 +183,6 @@ class Lock:
             raise
 
     def release(self) -> None:
-        """Let other processes use the directory."""
         self._lock.release()
 
 
@@ -351,7 +349,6 @@ def user_cache() -> Path:
 
 
 def excerpt(text: object) -> str:
-    """Return a text as one line of at most `LONGEST` printable characters."""
     line = " ".join("".join(letter if letter.isprintable() else " " for letter in str(text)).split())
     return line if len(line) <= LONGEST else f"{line[: LONGEST - 1]}…"
 

@@ -43,7 +43,6 @@ Value = bool | int | float | Decimal
 
 
 def level_name(level: bool) -> str:
-    """Return "high" or "low" for a level."""
     return "high" if level else "low"
 
 
@@ -89,7 +88,6 @@ def fault_action(bench: Bench | None, here: str, target: str, value: str) -> Cal
 
 
 def attributes(axis: Axis) -> tuple[str, ...]:
-    """Return the names of an axis's readable attributes."""
     return SERVO_ATTRIBUTES if isinstance(axis, ServoAxis) else ATTRIBUTES
 
 
@@ -144,7 +142,6 @@ def line_action(
 
 
 def _exact(value: float) -> str:
-    """Format a number exactly, without an exponent."""
     return f"{Decimal(repr(value)):f}"
 
 
@@ -347,7 +344,6 @@ def agrees(value: Value, wanted: str) -> bool:
 
 
 def shown(value: Value) -> str:
-    """Return a value as text, in the notation of conversation files."""
     if isinstance(value, bool):
         return level_name(value)
     return str(value) if isinstance(value, int) else f"{value:.9f}".rstrip("0").rstrip(".")

@@ -39,7 +39,6 @@ class Characters:
         return _BLANK * before + middle + _BLANK * after
 
     def read(self, text: str) -> bytes:
-        """Convert a text with escape sequences to bytes.  Raises ProgramError with the column of the error."""
         out = bytearray()
         at = 0
         while at < len(text):
@@ -63,7 +62,6 @@ class Characters:
     hear = read
 
     def places(self, text: str) -> Iterator[tuple[int, int]]:
-        """Return the column and width of each character."""
         return ((found.start(), len(found[0])) for found in _WRITTEN.finditer(text))
 
     def words(self, data: bytes, by_host: bool) -> str:  # noqa: ARG002
@@ -82,7 +80,6 @@ class Hex:
         return data.hex(" ").upper()
 
     def read(self, text: str) -> bytes:
-        """Convert a command, written in hex or by name, to bytes.  Raises ProgramError with the column of the error."""
         refuse(text)
         return self.language.read(text)
 
@@ -92,11 +89,9 @@ class Hex:
         return self.language.message(text)
 
     def places(self, text: str) -> Iterator[tuple[int, int]]:
-        """Return the column and width of each byte."""
         return ((placed.column, placed.width) for placed in self.language.placed(text))
 
     def words(self, data: bytes, by_host: bool) -> str:
-        """Return an explanation of a command or message in plain words."""
         return self.language.explain(data) if by_host else self.language.explain_message(data)
 
 
@@ -122,7 +117,6 @@ def unpadded(message: bytes) -> bytes:
 
 
 def codec_of(product: Product) -> Codec:
-    """Return the codec for the serial line or bus of a controller model."""
     return CHARACTERS if product.language is None else Hex(product.language)
 
 

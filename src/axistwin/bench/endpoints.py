@@ -23,7 +23,6 @@ def at_a_bus(bench: Bench, name: str) -> bool:
 
 
 def codec_at(bench: Bench, name: str) -> "Codec":
-    """Return the codec for the data of an endpoint."""
     from axistwin.bench.codec import CHARACTERS, codec_of
 
     return codec_of(bench[name].product) if name in bench.controllers else CHARACTERS

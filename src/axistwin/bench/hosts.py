@@ -31,7 +31,6 @@ class Host:
 
     @property
     def sending(self) -> bool:
-        """True until the controller has received all data."""
         return self._port.sending if isinstance(self._port, SerialPort) else bool(self._port.pending)
 
     @property

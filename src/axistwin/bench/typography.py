@@ -22,7 +22,6 @@ def as_ascii(text: str) -> str:
 
 
 def kinds(text: str) -> dict[str, list[int]]:
-    """Return the places of typographic characters by kind."""
     found: dict[str, list[int]] = {}
     for match in _odd.finditer(text):
         found.setdefault(_kind(match[0]), []).append(match.start())

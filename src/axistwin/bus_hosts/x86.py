@@ -62,7 +62,6 @@ class Computer:
     # Memory and registers
 
     def load(self, segment: int, offset: int, data: bytes) -> None:
-        """Write bytes to the memory of the emulated computer."""
         self._uc.mem_write((segment << 4) + offset, data)
 
     def memory(self, segment: int, offset: int, size: int) -> bytes:
@@ -70,7 +69,6 @@ class Computer:
         return bytes(self._uc.mem_read((segment << 4) + offset, size))
 
     def set_vector(self, number: int, segment: int, offset: int) -> None:
-        """Set the address of the handler of an interrupt."""
         self.load(0, 4 * number, offset.to_bytes(2, "little") + segment.to_bytes(2, "little"))
 
     def start_at(self, segment: int, offset: int, stack: int = 0xFFFE) -> None:

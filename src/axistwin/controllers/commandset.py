@@ -19,7 +19,6 @@ class Field:
     optional: bool = False
 
     def allows(self, value: int) -> bool:
-        """Return True if the value is within the range of the parameter."""
         return (self.low is None or value >= self.low) and (self.high is None or value <= self.high)
 
     @property
@@ -54,7 +53,6 @@ class Command:
 
     @property
     def implemented(self) -> bool:
-        """True if the command has a handler."""
         return self.handler is not None
 
     @property
@@ -92,7 +90,6 @@ class CommandSet:
         return len(self._by_code)
 
     def get(self, code: Code) -> Command | None:
-        """Return the command with this code, or None."""
         return self._by_code.get(code)
 
     def with_(self, *commands: Command) -> "CommandSet":
@@ -100,5 +97,4 @@ class CommandSet:
         return CommandSet(*{**self._by_code, **{command.code: command for command in commands}}.values())
 
     def without(self, *codes: Code) -> "CommandSet":
-        """Return a copy of the table without these commands."""
         return CommandSet(*(command for command in self if command.code not in codes))

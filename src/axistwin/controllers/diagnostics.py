@@ -85,7 +85,6 @@ class Diagnostic:
 
     @property
     def end(self) -> tuple[int, int]:
-        """Line and column of the first character after the marked text."""
         return (self.end_line, self.end_column) if self.end_line else (self.line, self.column + 1)
 
 
@@ -111,13 +110,11 @@ def replaced(characters: Sequence[Sent], text: str) -> tuple[Edit, ...]:
 
 
 def put_behind(sent: Sent, text: str) -> tuple[Edit, ...]:
-    """Return the edit that inserts `text` after a character."""
     column = sent.column + sent.width
     return (Edit(sent.line, column, sent.line, column, text),)
 
 
 def put_before(sent: Sent, text: str) -> tuple[Edit, ...]:
-    """Return the edit that inserts `text` before a character."""
     return (Edit(sent.line, sent.column, sent.line, sent.column, text),)
 
 

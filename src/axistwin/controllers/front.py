@@ -83,5 +83,4 @@ class Group:
 
     @property
     def sources(self) -> Iterator[str]:
-        """Names of the terminals and registers that this group of the front panel displays."""
         return iter(dict.fromkeys(item.source for item in self.items))

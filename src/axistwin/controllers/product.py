@@ -155,15 +155,13 @@ class Device(Protocol):
     """The hardware of one controller, with or without power."""
 
     @property
-    def pins(self) -> dict[str, Pin]:
-        """All terminals of the controller, by name."""
+    def pins(self) -> dict[str, Pin]: ...
 
     @property
     def abilities(self) -> Abilities:
         """Optional interfaces of a controller, e.g. a UART or a bus port."""
 
-    def power(self, on: bool) -> None:
-        """Switch the power on or off."""
+    def power(self, on: bool) -> None: ...
 
 
 class Placed(NamedTuple):
@@ -187,28 +185,23 @@ class Language(Protocol):
     def message(self, text: str) -> bytes:
         """Convert a message from text to bytes.  The bytes are padded to the full length of a message."""
 
-    def explain(self, command: bytes) -> str:
-        """Return the meaning of a command, in words."""
+    def explain(self, command: bytes) -> str: ...
 
-    def explain_message(self, message: bytes) -> str:
-        """Return the meaning of a message, in words."""
+    def explain_message(self, message: bytes) -> str: ...
 
 
 class BusHost(Protocol):
     """A host of a board on a bus, which uses the board's handshake for commands and messages."""
 
     @property
-    def pending(self) -> int:
-        """Number of commands that have not yet been sent to the board."""
+    def pending(self) -> int: ...
 
-    def write(self, command: bytes) -> None:
-        """Send a command as soon as the board is ready."""
+    def write(self, command: bytes) -> None: ...
 
     def subscribe_received(self, callback: Callable[[bytes], None]) -> Callable[[], None]:
         """Call `callback` with each message that the host receives from the board.  Return an unsubscribe function."""
 
-    def close(self) -> None:
-        """Stop sending commands and receiving messages."""
+    def close(self) -> None: ...
 
 
 class Order(NamedTuple):

@@ -59,7 +59,6 @@ class Comparison:
 
     @property
     def different(self) -> tuple[Compared, ...]:
-        """Actions in which twin and hardware differ."""
         return tuple(act for act in self.acts if not act.same)
 
     @property
@@ -75,7 +74,6 @@ class Comparison:
 
     @property
     def worst(self) -> Compared | None:
-        """The action with the largest difference in time."""
         return max(self.timed, key=lambda pair: abs(pair[0]))[1] if self.timed else None
 
 

@@ -99,7 +99,6 @@ class Conversation:
 
     @contextmanager
     def placing_errors(self, act: Act) -> Iterator[None]:
-        """Within a `with` block, give errors the line of this action."""
         try:
             yield
         except (PlacedError, UsageError) as error:
@@ -107,7 +106,6 @@ class Conversation:
 
 
 def load(path: Path, codec: Codec | None = None) -> Conversation:
-    """Read a conversation from a file."""
     return parse(load_text(path), str(path), codec)
 
 
@@ -158,7 +156,6 @@ def write(conversation: Conversation | Iterable[Act], codec: Codec | None = None
 
 
 def seconds(ns: int) -> str:
-    """Convert nanoseconds to seconds, as text with exact decimals."""
     return f"{Decimal(ns) / S:f}"
 
 

@@ -91,7 +91,6 @@ class Recorder:
         self._record_now(self.bench.now, Expect(subject, value, controller=self._name(controller)))
 
     def catch_up(self) -> None:
-        """Record the pending reply of the controller if the reply is complete."""
         if self.silent_ns > PAUSE_NS or self.bench.clock.quiet or (self._is_terminated and self.silent_ns > LF_NS):
             self._flush_reply()
 
@@ -110,12 +109,10 @@ class Recorder:
 
     @property
     def codec(self) -> Codec:
-        """Codec for the notation of data."""
         first = next(iter(self.bench.controllers), None)
         return CHARACTERS if first is None else endpoints.codec_at(self.bench, first)
 
     def conversation(self) -> Conversation:
-        """Return the recorded conversation."""
         return Conversation(tuple(self.acts), codec=self.codec)
 
     @property
@@ -213,7 +210,6 @@ class TalkFile:
             raise self._cannot(error=error) from None
 
     def add(self, act: Act) -> None:
-        """Write one line to the file."""
         if self._write_error:
             return
         try:

@@ -85,7 +85,6 @@ class HostProgram:
 
     @property
     def errors(self) -> list[Diagnostic]:
-        """Diagnostics of the commands or program lines that the controller refuses."""
         return [each for each in self.found if each.severity is Severity.ERROR]
 
 
@@ -158,7 +157,6 @@ def _diagnose(text: str, suffix: str, checker: Checker, codec: Codec, file: str)
 
 
 def read_acts(lines: Sequence[str], suffix: str, codec: Codec, file: str = "") -> tuple[list[Act], list[Diagnostic]]:
-    """Return the actions of a program, and diagnostics for its invalid lines."""
     acts: list[Act] = []
     unread: list[Diagnostic] = []
     read = _reader(suffix, codec, file, lines)
@@ -187,7 +185,6 @@ def _reader(suffix: str, codec: Codec, file: str, lines: Sequence[str]) -> Calla
 
 
 def sessions(acts: Iterable[Act], lines: Sequence[str], suffix: str, codec: Codec) -> Iterable[Sequence[Session]]:
-    """Return the characters that a program sends to each controller, divided at each power-off."""
     match suffix:
         case ".talk":
             return _by_controller(acts, lines, codec).values()

@@ -19,7 +19,6 @@ LONGEST = 200
 
 
 def tables() -> dict[str, tuple[Rule, ...]]:
-    """Return all diagnostic rules, by controller family."""
     return {**{title: product(model).rules for title, (model, _) in FAMILIES.items()}, OURS: rules.RULES}
 
 
@@ -41,7 +40,6 @@ def select(code: str) -> list[Rule]:
 
 
 def as_dict(rule: Rule) -> dict[str, Any]:
-    """Return a rule as a dictionary, for output in JSON."""
     return {
         "code": rule.code,
         "title": rule.title,
@@ -63,6 +61,5 @@ def explained(rule: Rule) -> Iterator[str]:
 
 
 def shown(example: str) -> list[str]:
-    """Return the lines of an example, or only the beginning of a very long example."""
     text = example if len(example) <= LONGEST else f"{example[:60].rstrip()} …"
     return text.splitlines()

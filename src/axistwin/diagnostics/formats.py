@@ -57,7 +57,6 @@ def _excerpt(line: str, diagnostic: Diagnostic) -> Iterator[str]:
 
 
 def as_json(checked: Sequence[Checked], model: str | None) -> str:
-    """Return the diagnostics of all files as one JSON object."""
     found = [{**_file(each), **_plain(diagnostic)} for each in checked for diagnostic in each.found]
     errors = sum(each["severity"] is Severity.ERROR for each in found)
     files = [str(each.file) for each in checked]
@@ -93,7 +92,6 @@ def _data(text: str) -> str:
 
 
 def as_sarif(checked: Sequence[Checked]) -> str:
-    """Return the diagnostics of all files as a SARIF log."""
     codes = sorted({diagnostic.code for each in checked for diagnostic in each.found})
     driver = {"name": "axistwin", "semanticVersion": VERSION, "rules": [_rule(code) for code in codes]}
     results = [_result(each.file, diagnostic, codes) for each in checked for diagnostic in each.found]

@@ -32,7 +32,6 @@ class _Line:
 
     @property
     def words(self) -> str:
-        """How often the line has been refused."""
         if not self.text:
             return f"refused {self.count} further lines"
         return f"refused {self.text} (the same {f'{self.count - 1} times' if self.count > 2 else 'once'} more)"
@@ -82,14 +81,12 @@ class RefusedLines:
 
 
 def shown(product: Product, data: bytes) -> str:
-    """Return a line as text, at most its beginning."""
     from axistwin.bench.codec import codec_of  # a server needs it only for a refused line
 
     return codec_of(product).show(data[:LONGEST_LINE]) + "…" * (len(data) > LONGEST_LINE)
 
 
 def explain(product: Product, refusal: Refusal) -> str:
-    """Return why a line is refused, and the remedy, in one line."""
     if refusal.why:
         return refusal.why if refusal.rule is None else f"{refusal.why} [{refusal.rule.code}]: {_said(refusal.rule)}"
     assert product.check is not None, "every family has a checker"

@@ -43,22 +43,18 @@ class Drawing:
         self.put(part, f".{kind}", on)
 
     def put(self, part: str, attribute: str, value: object) -> None:
-        """Set an SVG or HTML attribute of a part of the drawing."""
         if self.shown.get((part, attribute)) != value:
             self.shown[part, attribute] = value
             self._changes.append((part, attribute, value))
 
     def take(self) -> list[Change]:
-        """Return the changes since the last call."""
         changes, self._changes = self._changes, []
         return changes
 
     def everything(self) -> list[Change]:
-        """Return all values, for a page that has just added the drawing."""
         self._changes = []
         return [(part, "jump" if what == _MOVE else what, value) for (part, what), value in self.shown.items()]
 
     def click(self, name: str) -> None:
-        """Perform the action that belongs to a clicked part of the drawing."""
         if name in self.acts:
             self._act(name)

@@ -34,7 +34,6 @@ class Shaft:
         self.drawing = Drawing(f"axis {controller.name}.{name}", "shaft", self._art(controller, axis))
 
     def show(self, controller: Controller, *, smooth: bool) -> None:
-        """Show the position, velocity and faults of the axis."""
         axis, drawing = controller.axes[self.name], self.drawing
         position = axis.position
         wanted = show_motion(drawing, controller, self.name)

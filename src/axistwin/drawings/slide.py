@@ -41,7 +41,6 @@ class Slide:
         )
 
     def show(self, controller: Controller, *, smooth: bool) -> None:
-        """Show the position, velocity and faults of the axis."""
         axis, drawing = controller.axes[self.name], self.drawing
         position, (first, last) = axis.position, self.limits
         wanted = show_motion(drawing, controller, self.name)

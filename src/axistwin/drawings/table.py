@@ -36,7 +36,6 @@ class Table:
         self.drawing = Drawing(f"table {controller.name}", "top-view", self._art())
 
     def show(self, controller: Controller, trail: Trail, tool: str, *, smooth: bool) -> None:
-        """Show the position, state and path of the tool."""
         drawing = self.drawing
         x, y = (controller.axes[name].position for name in self.names)
         drawing.place("bridge", f"translate({self._x(x):.2f}px, 0)", smooth=smooth)

@@ -50,11 +50,9 @@ class Trail:
 
     @property
     def here(self) -> Point:
-        """The present position of the X-Y table."""
         return self._axes[0].position, self._axes[1].position
 
     def update(self) -> None:
-        """Add all moves since the previous update to the path of the tool."""
         now_ns = self._axes[0].clock.now
         if now_ns == self._seen_ns:
             return

@@ -48,11 +48,9 @@ class Symbol:
 class Editing(Protocol):
     """Interface for questions about one kind of program.  `line`: from 1; `at`: index of the character."""
 
-    def hover(self, lines: list[str], line: int, at: int) -> Hover | None:
-        """Return the meaning of the word under the cursor."""
+    def hover(self, lines: list[str], line: int, at: int) -> Hover | None: ...
 
-    def complete(self, lines: list[str], line: int, at: int) -> list[Item]:
-        """Return the completions at the cursor."""
+    def complete(self, lines: list[str], line: int, at: int) -> list[Item]: ...
 
     def symbols(self, lines: list[str]) -> list[Symbol]:
         """Return the named parts of the text, e.g. labels and sequences."""
@@ -89,7 +87,6 @@ def _docstring(handler: Callable[..., Any]) -> str:
 
 
 def words(line: str) -> Iterator[tuple[int, int]]:
-    """Yield the start and end index of each word in a line."""
     at = 0
     for word in line.split():
         begin = line.index(word, at)

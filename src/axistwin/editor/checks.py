@@ -39,7 +39,6 @@ class Snapshot(NamedTuple):
 
 
 def notification(snapshot: Snapshot) -> bytes:
-    """Check a document, and return its diagnostics as a message for the editor."""
     text = snapshot.text
     listed = [_too_long(text)] if text.too_long else [_diagnostic(text, each) for each in _checked(snapshot.uri, text)]
     params = lsp.PublishDiagnosticsParams(snapshot.uri, listed, snapshot.version)

@@ -58,7 +58,6 @@ class Commands:
         return _values(fields[number - 1]) if number <= len(fields) else []
 
     def symbols(self, lines: list[str]) -> list[Symbol]:
-        """Return the sequences and the move definitions of a program."""
         found: list[Symbol] = []
         defining: tuple[int, str, list[Symbol]] | None = None
         for number, line in enumerate(lines, start=1):

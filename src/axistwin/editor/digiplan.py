@@ -19,7 +19,6 @@ class CommandLines:
     """Language support for `.if1` files.  Each line is a message, a pause (`+`), an action (`!`) or a comment."""
 
     def hover(self, lines: list[str], line: int, at: int) -> Hover | None:
-        """Return the meaning of the command under the cursor."""
         return hover(_message(lines[line - 1]), at)
 
     def complete(self, lines: list[str], line: int, at: int) -> list[Item]:
@@ -28,7 +27,6 @@ class CommandLines:
         return [] if ";" in text or _message(text) != text else following(text)
 
     def symbols(self, lines: list[str]) -> list[Symbol]:
-        """Return the sequences of a program, with their steps."""
         return [s for number, line in enumerate(lines, 1) for s in sequences(_message(line), number)]
 
 

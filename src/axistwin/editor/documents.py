@@ -57,7 +57,6 @@ class Text:
 
     @property
     def too_long(self) -> bool:
-        """True if the text is too long to be checked while the user types."""
         return len(self.text) > LIMIT
 
     def position(self, line: int, column: int) -> lsp.Position:

@@ -32,7 +32,6 @@ class Scenes:
     """Language support for scenes (`.toml` files)."""
 
     def hover(self, lines: list[str], line: int, at: int) -> Hover | None:
-        """Return the meaning of the key or the table under the cursor."""
         word = next((m for m in _KEY.finditer(lines[line - 1]) if m.start() <= at <= m.end()), None)
         header = _HEADER.match(lines[line - 1])
         if word is None:
@@ -71,7 +70,6 @@ class Scenes:
         return [Item(name, "key", _description(node)) for name, node in _node(path, model).items()]
 
     def file(self, lines: list[str], line: int, at: int) -> str | None:
-        """Return the file name under the cursor, as written in the scene."""
         found = next((m for m in _FILE.finditer(lines[line - 1]) if m.start() <= at <= m.end()), None)
         return None if found is None else found[1]
 

@@ -54,7 +54,6 @@ class Server(LanguageServer):
         self._checks: dict[str, asyncio.Task[None]] = {}
 
     def text(self, uri: str) -> Text:
-        """Return an open document with the text that the editor shows, including unsaved changes."""
         return Text(self.workspace.get_text_document(uri))
 
     def publish(self, uri: str) -> None:
@@ -73,16 +72,13 @@ class Server(LanguageServer):
         self._due[uri] = asyncio.get_running_loop().call_later(PAUSE_S, self.publish, uri)
 
     async def actions(self, uri: str, wanted: lsp.Range) -> list[lsp.CodeAction]:
-        """Return the fixes for all diagnostics in a range of a document."""
         return await self._background.run(checks.actions, self._snapshot(uri), wanted)
 
     def close_document(self, uri: str) -> None:
-        """Remove the diagnostics of a closed document."""
         self._cancel(uri)
         self.text_document_publish_diagnostics(lsp.PublishDiagnosticsParams(uri, []))
 
     def shutdown(self) -> None:
-        """End the background process and the server."""
         self._background.close()
         super().shutdown()  # type: ignore[no-untyped-call]
 
@@ -97,7 +93,6 @@ class Server(LanguageServer):
 
 
 def make() -> Server:
-    """Create a language server with all its features."""
     server = Server()
     for feature, answer in FEATURES.items():
         server.feature(feature)(answer)
@@ -120,7 +115,6 @@ def _load_languages(server: Server) -> None:
 
 
 def did_open(server: Server, params: lsp.DidOpenTextDocumentParams) -> None:
-    """Check a document that the user has opened in the editor."""
     server.publish(params.text_document.uri)
 
 
@@ -130,7 +124,6 @@ def did_change(server: Server, params: lsp.DidChangeTextDocumentParams) -> None:
 
 
 def did_close(server: Server, params: lsp.DidCloseTextDocumentParams) -> None:
-    """Handle a closed document."""
     server.close_document(params.text_document.uri)
 
 
@@ -143,7 +136,6 @@ def shutdown(server: Server, _: None) -> None:
 
 
 def hover(server: Server, params: lsp.HoverParams) -> lsp.Hover | None:
-    """Return the meaning of the word at the cursor."""
     text = server.text(params.text_document.uri)
     line, at = text.at(params.position)
     found = text.editing.hover(text.lines, line, at) if text.editing is not None else None
@@ -154,7 +146,6 @@ def hover(server: Server, params: lsp.HoverParams) -> lsp.Hover | None:
 
 
 def complete(server: Server, params: lsp.CompletionParams) -> lsp.CompletionList:
-    """Return the words that the editor can insert at the text cursor."""
     text = server.text(params.text_document.uri)
     return _completions(text, *text.at(params.position))
 
@@ -191,7 +182,6 @@ def _symbol(text: Text, symbol: Symbol) -> lsp.DocumentSymbol:
 
 
 async def code_actions(server: Server, params: lsp.CodeActionParams) -> list[lsp.CodeAction]:
-    """Return the fixes for the errors in a range of a document."""
     return await server.actions(params.text_document.uri, params.range)
 
 

@@ -52,7 +52,6 @@ class Outline:
 
 @lru_cache(maxsize=LINES)
 def outline(line: str) -> Outline:
-    """Return the labels, variables and block keywords of a line."""
     text = _QUIET.sub(_blanks, line) if "'" in line or '"' in line else line
     labels = tuple((digits(each), m.start() + 1) for m in _LABEL.finditer(text) if word(each := read(m[0])) == "Cn")
     return Outline(labels, frozenset(m[0] for m in _USED.finditer(text)), tuple(_PART.findall(text)))
@@ -71,7 +70,6 @@ class Source:
 
     @cached_property
     def labels(self) -> dict[int, tuple[int, int]]:
-        """Line and column at which each label first appears in the program."""
         found: dict[int, tuple[int, int]] = {}
         for number, line in enumerate(self.lines, start=1):
             for label, column in outline(line).labels:
@@ -79,7 +77,6 @@ class Source:
         return found
 
     def statement(self, line: int, at: int) -> tuple[Statement, int] | None:
-        """Return the statement under the cursor, and the index at which this statement begins."""
         listed = parsed(self.lines[line - 1])
         return next(((each, begin) for each, begin, end in listed if begin <= at <= end), None)
 
@@ -105,7 +102,6 @@ class SourceEditing:
     """Language support for SmartMotor programs (`.sms` files)."""
 
     def hover(self, lines: list[str], line: int, at: int) -> Hover | None:
-        """Return the meaning of the command, value or label under the cursor."""
         source = Source(tuple(lines))
         found = source.statement(line, at)
         if found is None:
@@ -120,14 +116,12 @@ class SourceEditing:
         return [] if _COMMENT.match(text) else following(text, source, source.open_blocks(line, at))
 
     def definition(self, lines: list[str], line: int, at: int) -> Span | None:
-        """Return the position at which the label under the cursor is defined."""
         source = Source(tuple(lines))
         label = source.label_at(line, at)
         place = None if label is None else source.labels.get(label)
         return None if place is None else (*place, len(f"C{label}"))
 
     def references(self, lines: list[str], line: int, at: int) -> list[Span]:
-        """Return all positions at which the label under the cursor is defined or called."""
         source = Source(tuple(lines))
         label = source.label_at(line, at)
         return [

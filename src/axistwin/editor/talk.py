@@ -63,7 +63,6 @@ class Conversations:
         return []
 
     def symbols(self, lines: list[str]) -> list[Symbol]:
-        """Return the sequences sent by the host."""
         made = _product(lines)
         if made is None or FAMILIES[made.model] != "digiplan":
             return []

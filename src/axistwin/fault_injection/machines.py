@@ -34,7 +34,6 @@ class Bounce:
         self._unsubscribe = self._pin.subscribe(self._changed)
 
     def end(self) -> None:
-        """End the fault `bounce`, so that the switch contact no longer bounces."""
         self._unsubscribe()
         self._bouncing = False
         self._release()

@@ -30,26 +30,22 @@ class Machine(Protocol):
     axes: Mapping[str, Axis]
 
     @property
-    def ports(self) -> dict[str, SerialPort]:
-        """Serial ports of the controller, by name."""
+    def ports(self) -> dict[str, SerialPort]: ...
 
     @property
-    def bus(self) -> RegisterPort:
-        """Registers of the controller."""
+    def bus(self) -> RegisterPort: ...
 
     @property
     def alarms(self) -> Alarms | None:
         """Fault flags of the controller; None for a controller without fault flags."""
 
     @property
-    def programs(self) -> Mapping[str, Listing]:
-        """Programs stored in the controller."""
+    def programs(self) -> Mapping[str, Listing]: ...
 
     def subscribe_lines(self, callback: LineWatcher, only: Line | None = None) -> Callable[[], None]:
         """Call `callback` when a program line begins, or only the line `only`; return an unsubscribe function."""
 
-    def power(self, on: bool) -> None:
-        """Switch the controller on or off."""
+    def power(self, on: bool) -> None: ...
 
 
 class World(Protocol):
@@ -62,15 +58,12 @@ class World(Protocol):
         """The controllers of the bench by name; each controller is a `Machine`."""
 
     @property
-    def lines(self) -> Mapping[str, Any]:
-        """The lines that motors share, by name."""
+    def lines(self) -> Mapping[str, Any]: ...
 
     @property
-    def faults(self) -> Any:
-        """The fault injector."""
+    def faults(self) -> Any: ...
 
-    def port(self, name: str) -> SerialPort:
-        """Return the host's end of a line."""
+    def port(self, name: str) -> SerialPort: ...
 
 
 @dataclass(frozen=True)
@@ -85,7 +78,6 @@ class Spot:
 
     @property
     def machine(self) -> Machine:
-        """Controller whose serial line, pin or axis the fault affects."""
         assert self.controller is not None
         return self.controller
 

@@ -55,7 +55,6 @@ class Parameter:
 
     @property
     def wanted(self) -> str:
-        """Description of the valid values."""
         if self.words:
             return " or ".join(self.words)
         what = self.sort.value + (f" of {self.unit}" if self.unit else "")

@@ -122,5 +122,4 @@ def _link_pages(tokens: list[Token]) -> None:
 
 
 def _slug(heading: str) -> str:
-    """Return the anchor of a heading, in the same form as on GitHub."""
     return re.sub(r"[^\w\- ]", "", heading.lower()).strip().replace(" ", "-")

@@ -61,7 +61,6 @@ class Example:
 
 
 def examples() -> dict[str, Example]:
-    """Return a dictionary of all examples, by name."""
     return {example.name: example for example in _examples(folder("examples"))}
 
 

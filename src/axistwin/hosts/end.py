@@ -125,12 +125,10 @@ class End(ABC):
 
     @property
     @abstractmethod
-    def now(self) -> float:
-        """Time of this end in seconds."""
+    def now(self) -> float: ...
 
     @abstractmethod
-    def send(self, data: bytes) -> None:
-        """Send characters to a serial controller, or one command to a board on a bus."""
+    def send(self, data: bytes) -> None: ...
 
     @abstractmethod
     def receive(self, silence_s: float = 0.0) -> bytes:
@@ -140,17 +138,14 @@ class End(ABC):
         """
 
     @abstractmethod
-    def drain(self) -> bytes:
-        """Return received data that belong to an earlier request."""
+    def drain(self) -> bytes: ...
 
     def set_line(self, line: UartFormat) -> None:  # noqa: B027  # a bus has no line format
-        """Change baud rate and frame, if the port has any."""
+        ...
 
     @property
     def user_bits(self) -> int:
-        """The user bits of a board's status byte."""
         return 0
 
     @abstractmethod
-    def close(self) -> None:
-        """Close the connection to the controller."""
+    def close(self) -> None: ...

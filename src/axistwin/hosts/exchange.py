@@ -112,9 +112,7 @@ class Exchange:
 
     @property
     def received(self) -> bool:
-        """True if the controller has sent any data."""
         return self._answers > 0
 
     def talk(self) -> str:
-        """Return the recorded data as the text of a conversation file."""
         return write(self.acts, codec_of(self.product))

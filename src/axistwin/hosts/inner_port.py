@@ -25,7 +25,6 @@ class InnerPort:
         self._send, self._disconnect = _connect(bench, name, self._pacer, self._received)
 
     async def write(self, data: bytes) -> None:
-        """Send bytes to the controller."""
         self._send(data)
         self._pacer.work()
 
@@ -52,7 +51,6 @@ class InnerPort:
         return to_seconds(self._pacer.clock.now)
 
     async def close(self) -> None:
-        """Close the connection."""
         self._disconnect()
 
 

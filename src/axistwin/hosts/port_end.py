@@ -31,7 +31,6 @@ class PortEnd:
         self._thread.start()
 
     def send(self, data: bytes) -> None:
-        """Send data to the port."""
         self._last_s = self._loop.time()
         try:
             self._port.write(data)
@@ -44,11 +43,9 @@ class PortEnd:
             await asyncio.sleep(left_s)
 
     async def wait(self, seconds: float) -> None:
-        """Wait for a number of seconds of real time."""
         await asyncio.sleep(seconds)
 
     def close(self) -> None:
-        """Close the port."""
         self._closing = True
         self._thread.join()  # Wait up to 0.1 s for the end of the thread that reads the port.
         self._port.close()

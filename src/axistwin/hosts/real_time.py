@@ -31,29 +31,23 @@ class SerialEnd(End):
 
     @property
     def now(self) -> float:
-        """Real time in seconds."""
         return time.monotonic()
 
     def set_line(self, line: UartFormat) -> None:
-        """Change the baud rate and frame of the serial port."""
         self.frame_s = line.frame_ns / S
         if self.has_line:
             self._call(lambda: self.port.apply_settings(settings_of(line)))
 
     def send(self, data: bytes) -> None:
-        """Send characters to the controller."""
         self._call(lambda: self.port.write(data))
 
     def receive(self, silence_s: float = 0.0) -> bytes:  # noqa: ARG002  # real time passes in steps of some ms
-        """Return the characters that the controller has sent."""
         return self._call(lambda: self.port.read(max(1, self.port.in_waiting))) or b""
 
     def drain(self) -> bytes:
-        """Return received characters that belong to an earlier request."""
         return self._call(lambda: self.port.read(self.port.in_waiting)) or b""
 
     def close(self) -> None:
-        """Close the serial port."""
         self.port.close()
 
     def _call(self, action: Callable[[], object]) -> bytes | None:
@@ -85,7 +79,6 @@ class BusEnd(End):
 
     @property
     def now(self) -> float:
-        """Real time in seconds."""
         return time.monotonic()
 
     def send(self, data: bytes) -> None:
@@ -101,7 +94,6 @@ class BusEnd(End):
         self._request(f"w 1 {COMMAND_READY:02x}")
 
     def receive(self, silence_s: float = 0.0) -> bytes:  # noqa: ARG002  # real time passes in steps of some ms
-        """Return the next message of the board, or no bytes if no message is ready."""
         if not self._status() & MESSAGE_READY:
             time.sleep(self._POLL_S)
             return b""
@@ -110,7 +102,6 @@ class BusEnd(End):
         return message
 
     def drain(self) -> bytes:
-        """Read and return all waiting messages of the board."""
         found = b""
         while more := self.receive():
             found += more
@@ -122,7 +113,6 @@ class BusEnd(End):
         return self._status() & USER_BITS
 
     def close(self) -> None:
-        """Close the connection to the bus socket."""
         self._lines.close()
         self._socket.close()
 

@@ -44,11 +44,9 @@ class VirtualEnd(End):
 
     @property
     def now(self) -> float:
-        """Virtual time in seconds."""
         return self.bench.now / S
 
     def send(self, data: bytes) -> None:
-        """Send characters to a serial controller, or one command to a board on a bus."""
         if self._host is not None:
             self._host.write(data)
         else:
@@ -84,6 +82,5 @@ class VirtualEnd(End):
         return data
 
     def close(self) -> None:
-        """Disconnect the virtual host from a board on a bus."""
         if self._host is not None:
             self._host.close()

@@ -167,7 +167,6 @@ class DrivenAxis:
         task.add_done_callback(self._tasks.discard)
 
     def close(self) -> None:
-        """Cancel the requested motions that have not begun yet."""
         for task in self._tasks:
             task.cancel()
 
@@ -227,7 +226,6 @@ class DrivenAxis:
     # Polls
 
     async def update(self, status: Status) -> None:
-        """Process the status that the last poll has read from the axis."""
         before, self.status, self.error = self.status, status, ""
         if status.moving:
             await self._moving(slower=abs(status.velocity) < abs(before.velocity))

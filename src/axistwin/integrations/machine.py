@@ -56,7 +56,6 @@ class Machine:
         return self._server is not None and any(one.store.lost for one in self._server.bench.controllers.values())
 
     async def run(self) -> None:
-        """Poll all controllers for ever."""
         async with asyncio.TaskGroup() as group:
             for station in self.stations:
                 group.create_task(station.poll_forever(self._period_s))

@@ -14,7 +14,6 @@ class PacedPort:
         self._port, self._pacer = port, pacer
 
     async def write(self, data: bytes) -> None:
-        """Send bytes to the controller."""
         await self._port.write(data)
 
     async def read(self, timeout: float) -> bytes:
@@ -35,7 +34,6 @@ class PacedPort:
         return to_seconds(self._now_ns())
 
     async def close(self) -> None:
-        """Close the port."""
         await self._port.close()
 
     def _now_ns(self) -> int:

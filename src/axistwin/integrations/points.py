@@ -39,11 +39,9 @@ class Point:
 
     @property
     def writable(self) -> bool:
-        """True if the pin or register can be written."""
         return self._write is not None
 
     async def refresh(self) -> None:
-        """Read the value, if the controller reports it."""
         if self._read is not None:
             await self._set(await self._read())
 

@@ -38,7 +38,6 @@ class Station:
         self._wake.set()
 
     async def polled(self) -> None:
-        """Wait until the next poll of the controller's status is complete."""
         await self._polled.wait()
 
     async def poll_forever(self, period_s: float) -> None:

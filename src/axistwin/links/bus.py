@@ -34,21 +34,16 @@ class Registers(Protocol):
     """Interface for reading and writing the registers of a board.  `RegisterPort` implements this interface."""
 
     @property
-    def interrupt(self) -> bool:
-        """True while the interrupt line from the board to the host is active."""
+    def interrupt(self) -> bool: ...
 
     @property
-    def interrupt_line(self) -> Pin:
-        """The interrupt line from the board to the host."""
+    def interrupt_line(self) -> Pin: ...
 
-    def read(self, offset: int) -> int:
-        """Read a register."""
+    def read(self, offset: int) -> int: ...
 
-    def write(self, offset: int, value: int) -> None:
-        """Write a register."""
+    def write(self, offset: int, value: int) -> None: ...
 
-    def init(self) -> None:
-        """Pulse the reset line of the bus."""
+    def init(self) -> None: ...
 
 
 class Slot(SingleClient["Master"]):
@@ -72,11 +67,9 @@ class Slot(SingleClient["Master"]):
         return self.gate.closed or (self.client is not None and self.client.stalled)
 
     def begin(self) -> None:
-        """Prepare the board for a new client."""
         self.reset()
 
     def flush_pending(self) -> None:
-        """Send pending output to the client."""
         if self.client is not None:
             self.client.flush()
 

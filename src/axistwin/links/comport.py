@@ -166,7 +166,6 @@ class ComPort:
         return [event for event in events if event is not None]
 
     def take_replies(self) -> bytes:
-        """Return all pending answers for the client, and remove these answers from the buffer."""
         replies = bytes(self.replies)
         self.replies.clear()
         return replies
@@ -286,7 +285,6 @@ class ComPort:
             self._report_modem_state(moved)
 
     def set_line_state(self, errors: LineError) -> None:
-        """Report line errors of received characters to the client."""
         # Shift by 2 bits: a parity error is bit 0 of `LineError`, but bit 2 in RFC 2217.
         state = self._line_state = LineState.EMPTY | LineState(errors.value << 2)
         if self.agreed and state & ~LineState.EMPTY & self._line_mask:

@@ -61,19 +61,15 @@ class DescriptorStream:
         self.resume()
 
     def write(self, data: bytes) -> None:
-        """Send characters, now or later."""
         self._writer.write(data)
 
     def pause(self) -> None:
-        """Stop reading from the device."""
         self._loop.remove_reader(self._descriptor)
 
     def resume(self) -> None:
-        """Continue reading from the device."""
         self._loop.add_reader(self._descriptor, self._readable)
 
     def close(self) -> None:
-        """Stop reading from the device and writing to the device."""
         self.pause()
         self._writer.clear()
 
@@ -118,14 +114,12 @@ class ThreadStream:
         self._paused = True
 
     def resume(self) -> None:
-        """Continue reading from the device."""
         self._paused = False
         held, self._held = bytes(self._held), bytearray()
         if held:
             self._receive(held)
 
     def close(self) -> None:
-        """Stop reading from the device and writing to the device."""
         self._closing = True
         self._thread.join()
         self._worker.shutdown(cancel_futures=True)
@@ -187,7 +181,6 @@ def stream(device: "serial.Serial", name: str, receive: Receive, lose: Lose) -> 
 
 
 def settings_of(fmt: UartFormat) -> dict[str, Any]:
-    """Convert a line format to keyword arguments of pyserial."""
     return {"baudrate": fmt.baudrate, "bytesize": fmt.bytesize, "parity": fmt.parity, "stopbits": fmt.stopbits}
 
 
@@ -211,5 +204,4 @@ def opening(url: object) -> Iterator[None]:
 
 
 def set_lines(of: Lines | HostEnd, dtr: bool, rts: bool) -> None:
-    """Set the levels of the control lines DTR and RTS."""
     of.dtr, of.rts = dtr, rts

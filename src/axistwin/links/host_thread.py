@@ -65,22 +65,18 @@ class HostThread:
         return "nanosleep" in (self._reported("wchan") or "")
 
     def start(self) -> None:
-        """Start the host's thread."""
         self._thread.start()
 
     @property
     def name(self) -> str:
-        """Name of the host's function."""
         return str(getattr(self._call.func, "__name__", self._call.func))
 
     @property
     def done(self) -> bool:
-        """True if the host program has ended."""
         return self._thread.ident is not None and not self._thread.is_alive()
 
     @property
     def current(self) -> bool:
-        """True if the caller runs in the host's own thread."""
         return threading.current_thread() is self._thread
 
     def outcome(self) -> Any:
@@ -91,11 +87,9 @@ class HostThread:
         return self._outcome
 
     def join(self, seconds: float) -> None:
-        """Wait for at most `seconds` until the host's function has returned."""
         self._thread.join(seconds)
 
     def blocked(self) -> bool:
-        """True if the host's thread is blocked or has ended."""
         if self.done or self.wakes_ns is not None:
             return True
         if self._thread.native_id is None:  # The host's thread has not started yet.
@@ -151,5 +145,4 @@ def _sleeping(host: HostThread) -> Iterator[None]:
 
 
 def pause() -> None:
-    """Sleep between two polls."""
     time.sleep(POLL_S)

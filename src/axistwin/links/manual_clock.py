@@ -43,7 +43,6 @@ class ServedClock:
 
     @property
     def seconds(self) -> float:
-        """Virtual time in seconds."""
         return to_seconds(self.now)
 
     def advance(self, seconds: float) -> None:
@@ -109,7 +108,6 @@ class ManualClock(ServedClock):
 
     @property
     def now(self) -> int:
-        """Virtual time in nanoseconds."""
         return self._manual_pacer.clock.now
 
     def add(self, host: HostThread) -> None:

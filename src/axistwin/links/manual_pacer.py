@@ -34,11 +34,9 @@ class ManualPacer(Pacer):
         """Leave virtual time stopped until a test calls the method `advance`."""
 
     def sync(self) -> None:
-        """Count an input from a host."""
         self.arrivals += 1
 
     def work(self) -> None:
-        """Send pending output without advancing virtual time."""
         self.flush()
 
     async def receive_all(self) -> int:

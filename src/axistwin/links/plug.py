@@ -42,8 +42,7 @@ class HostPort(Protocol):
     held: bool
 
     @property
-    def host(self) -> HostEnd:
-        """The host's end of the serial line."""
+    def host(self) -> HostEnd: ...
 
     @property
     def dtr_line(self) -> Pin:
@@ -54,28 +53,21 @@ class HostPort(Protocol):
         """The controller's output RTS (request to send)."""
 
     @property
-    def hung_up(self) -> Pin:
-        """High while the port to which clients connect is gone."""
+    def hung_up(self) -> Pin: ...
 
     @property
-    def pending(self) -> int:
-        """Number of queued characters that have not been sent to the controller."""
+    def pending(self) -> int: ...
 
     @property
-    def to_device(self) -> Line:
-        """The serial line that carries characters from the host to the controller."""
+    def to_device(self) -> Line: ...
 
-    def write(self, data: bytes) -> None:
-        """Queue data for transmission to the controller."""
+    def write(self, data: bytes) -> None: ...
 
-    def read(self) -> bytes:
-        """Return all received bytes, and remove these bytes from the receive buffer."""
+    def read(self) -> bytes: ...
 
-    def send_break(self, seconds: float) -> None:
-        """Send a break."""
+    def send_break(self, seconds: float) -> None: ...
 
-    def drop_pending(self) -> None:
-        """Discard the queued characters that have not been sent to the controller."""
+    def drop_pending(self) -> None: ...
 
     def subscribe_received(self, callback: Callable[[int, LineError], None]) -> Callable[[], None]:
         """Call `callback(byte, errors)` for each character from the controller; return an unsubscribe function."""
@@ -126,7 +118,6 @@ class Plug(SingleClient[SerialClient]):
     # Functions that connect and disconnect a client
 
     def begin(self) -> None:
-        """Prepare the serial port for a new client."""
         self.serial.drop_pending()
         self.serial.read()
         self._errors = SOUND
@@ -159,7 +150,6 @@ class Plug(SingleClient[SerialClient]):
 
     @property
     def full(self) -> bool:
-        """True while nothing is read from the client."""
         return self.gate.closed or self._stop_observing is not None
 
     @property
@@ -172,7 +162,6 @@ class Plug(SingleClient[SerialClient]):
         return self.pacer.behind_s > BLOCK_S and self.serial.pending > FEW
 
     def send(self, data: bytes) -> None:
-        """Transmit characters from the client to the controller."""
         self.pacer.sync()
         self.heard_ns = self.pacer.clock.now
         self.serial.write(data)
@@ -240,7 +229,6 @@ class Plug(SingleClient[SerialClient]):
             self._errors |= errors
 
     def flush_pending(self) -> None:
-        """Send pending characters to the client."""
         if self._flush_requested:
             self.flush()
 

@@ -91,7 +91,6 @@ class PtyPort:
             raise LinkError(f"cannot create {self.url}: {reason(error)}; choose another path") from None
 
     def close(self) -> None:
-        """Close the pseudo terminal, and remove the symbolic link."""
         self._closed = True
         self._unsubscribe()
         self._take_away()
@@ -221,7 +220,6 @@ class PtyPort:
     # Functions that send data to the client
 
     def deliver(self, data: bytes, errors: LineError) -> None:  # noqa: ARG002
-        """Send characters from the controller to the client."""
         self._writer.write(data)
 
     def hung_up(self) -> bool:
@@ -231,18 +229,15 @@ class PtyPort:
         return bool(poll.poll(0))
 
     def drop(self) -> None:
-        """Disconnect the client."""
         if not self._gone and not self.plug.serial.hung_up.level:
             self._hold()
             self.resume()
 
     def pause(self) -> None:
-        """Stop reading from the client."""
         if not self._gone:
             self._loop.remove_reader(self._master)
 
     def resume(self) -> None:
-        """Continue reading from the client."""
         if not self._gone:
             self._loop.add_reader(self._master, self._readable)
 

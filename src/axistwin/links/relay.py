@@ -97,7 +97,6 @@ class Relay:
         self._thread.start()
 
     def close(self) -> None:
-        """Close the device."""
         self._closing = True
         if self._thread is not None:
             self._thread.join()

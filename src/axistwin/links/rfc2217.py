@@ -52,7 +52,6 @@ class ComPortClient(TcpClient):
         self._unsubscribe: list[Callable[[], None]] = []
 
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
-        """Connect a client."""
         super().connection_made(transport)
         self._port.set_modem_state(dsr=self._dsr.level, cts=self._cts.level)
         self._unsubscribe = [
@@ -61,7 +60,6 @@ class ComPortClient(TcpClient):
         ]
 
     def connection_lost(self, exc: Exception | None) -> None:
-        """Disconnect the client."""
         for unsubscribe in self._unsubscribe:
             unsubscribe()
         super().connection_lost(exc)
@@ -109,7 +107,6 @@ class ComPortClient(TcpClient):
     # To the client
 
     def deliver(self, data: bytes, errors: LineError) -> None:
-        """Send the device's characters and the changes of its control lines to the client."""
         self._report_lines()
         if errors:
             self._port.set_line_state(errors)

@@ -63,7 +63,6 @@ class SerialDevice:
             self._poll_lines()
 
     def close(self) -> None:
-        """Close the device if it is open."""
         if not self._device.is_open:
             return
         for unsubscribe in self._unsubscribe:
@@ -90,7 +89,6 @@ class SerialDevice:
     # To the host
 
     def deliver(self, data: bytes, errors: LineError) -> None:  # noqa: ARG002
-        """Send characters to the host."""
         self._stream.write(data)
 
     def _drive(self, _: object = None) -> None:
@@ -118,11 +116,9 @@ class SerialDevice:
         """Ignore a request to end the connection: a real device always stays connected."""
 
     def pause(self) -> None:
-        """Stop reading from the device."""
         self._stream.pause()
 
     def resume(self) -> None:
-        """Continue reading from the device."""
         self._stream.resume()
 
 

@@ -26,18 +26,15 @@ class OpenPort(Protocol):
     url: PortUrl
     """Actual address of the port; for port 0, with the number that the system has chosen."""
 
-    def close(self) -> None:
-        """Close the port."""
+    def close(self) -> None: ...
 
 
 class Ports(Protocol):
     """Interface to find serial ports and board registers by name.  Raises UsageError for an unknown name."""
 
-    def serial(self, name: str) -> HostPort:
-        """Return the serial port of an endpoint."""
+    def serial(self, name: str) -> HostPort: ...
 
-    def bus(self, name: str) -> "Registers":
-        """Return the registers of the board `name`."""
+    def bus(self, name: str) -> "Registers": ...
 
 
 class Server:
@@ -101,12 +98,9 @@ class Server:
         return await connected(lambda: TcpClient(self._plug(name)))
 
     def start(self) -> None:
-        """Start virtual time."""
         self.pacer.start()
 
     def start_on_connection(self) -> None:
-        """Start virtual time when the first client has connected."""
-
         def start() -> None:
             unsubscribe()
             self.start()
@@ -114,7 +108,6 @@ class Server:
         unsubscribe = self.gate.admitted.subscribe(start)
 
     def close(self) -> None:
-        """Close all ports, disconnect all clients, and stop virtual time."""
         for endpoint in self._endpoints:
             if endpoint.client is not None:
                 endpoint.client.drop()

@@ -42,7 +42,6 @@ class Seat:
 
     @property
     def name(self) -> str:
-        """Name of the controller."""
         return self._hub.plug.name
 
     @property
@@ -52,7 +51,6 @@ class Seat:
 
     @property
     def full(self) -> bool:
-        """True while nothing is read from the client."""
         return self._hub.plug.full or len(self.waiting) > FULL
 
     def connect(self, client: TcpClient) -> bool:
@@ -63,7 +61,6 @@ class Seat:
         return self.client is not None
 
     def disconnect(self, client: TcpClient) -> None:
-        """Disconnect this client from the shared serial connector."""
         if self.client is client:
             self._hub.leave(self)
             self.client = None
@@ -109,7 +106,6 @@ class Hub:
         self._timer: asyncio.TimerHandle | None = None
 
     def seat(self) -> TcpClient:
-        """Return a handler for one new TCP client."""
         return TcpClient(Seat(self))
 
     # From the seats
@@ -141,7 +137,6 @@ class Hub:
         self.name = ", ".join(seat.client.name for seat in self._seats if seat.client is not None)
 
     def pump(self, seat: Seat) -> None:
-        """Send a client's waiting characters, or queue the client while another one is sending."""
         end = self.sendable(seat)
         if not end:
             return
@@ -211,11 +206,9 @@ class Hub:
         return False
 
     def drop(self) -> None:
-        """Disconnect all clients."""
         self._each(TcpClient.drop)
 
     def pause(self) -> None:
-        """Stop reading from all clients."""
         self._each(TcpClient.pause)
 
     def resume(self) -> None:
@@ -225,7 +218,6 @@ class Hub:
                 seat.client.resume()
 
     def deliver(self, data: bytes, errors: LineError) -> None:
-        """Send characters from the controller to all clients."""
         if self._turn is not None:
             self._restart_timer()
         self._each(lambda client: client.deliver(data, errors))

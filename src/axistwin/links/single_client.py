@@ -23,14 +23,11 @@ class Client(Protocol):
     def hung_up(self) -> bool:
         """True if this client has disconnected, or may have, so that another client may replace it."""
 
-    def drop(self) -> None:
-        """Disconnect the client."""
+    def drop(self) -> None: ...
 
-    def pause(self) -> None:
-        """Stop reading from the client."""
+    def pause(self) -> None: ...
 
-    def resume(self) -> None:
-        """Continue reading from the client."""
+    def resume(self) -> None: ...
 
 
 class Gate:
@@ -46,7 +43,6 @@ class Gate:
 
     @property
     def closed(self) -> bool:
-        """True while clients cannot connect or send data."""
         return self.reason != ""
 
     def close(self, reason: str) -> None:
@@ -56,7 +52,6 @@ class Gate:
             self.changes.emit()
 
     def open(self) -> None:
-        """Allow clients to connect and to send data."""
         self.close("")
 
 
@@ -93,7 +88,6 @@ class SingleClient(Generic[G]):
 
     @property
     def client_name(self) -> str:
-        """Name of the connected client, or an empty text if no client is connected."""
         return "" if self.client is None or self._has_disconnected else self.client.name
 
     def connect(self, client: G) -> bool:
@@ -115,7 +109,6 @@ class SingleClient(Generic[G]):
         return True
 
     def disconnect(self, client: G) -> None:
-        """Release the endpoint after `client` has disconnected."""
         if self.client is client and self.gate.closed:
             self._has_disconnected = True
         elif self.client is client:
@@ -124,14 +117,11 @@ class SingleClient(Generic[G]):
             self.end()
             self.pacer.work()
 
-    def begin(self) -> None:
-        """Prepare the port or bus of the controller for a new client."""
+    def begin(self) -> None: ...
 
-    def end(self) -> None:
-        """Restore the default state of the port or bus after a client has disconnected."""
+    def end(self) -> None: ...
 
-    def flush_pending(self) -> None:
-        """Send pending output to the client."""
+    def flush_pending(self) -> None: ...
 
     def _warn_refused(self, client: G, why: str) -> None:
         """Log a refused client; no further one until a client connects or the gate opens or closes."""

@@ -46,12 +46,10 @@ class Connector(Protocol):
     client: Any
 
     @property
-    def name(self) -> str:
-        """Name of the controller."""
+    def name(self) -> str: ...
 
     @property
-    def full(self) -> bool:
-        """True while nothing is read from the client."""
+    def full(self) -> bool: ...
 
     @property
     def chunk(self) -> int:
@@ -60,15 +58,13 @@ class Connector(Protocol):
     def connect(self, client: Any) -> bool:
         """Connect a client; return False if the client is refused."""
 
-    def disconnect(self, client: Any) -> None:
-        """Release the endpoint after the client has disconnected."""
+    def disconnect(self, client: Any) -> None: ...
 
 
 class SerialConnector(Connector, Protocol):
     """Software interface through which a TCP client sends characters to a controller."""
 
-    def send(self, data: bytes) -> None:
-        """Transmit characters from the client to the controller."""
+    def send(self, data: bytes) -> None: ...
 
 
 class Connection(asyncio.BufferedProtocol, ABC):
@@ -92,7 +88,6 @@ class Connection(asyncio.BufferedProtocol, ABC):
     # Functions that asyncio calls
 
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
-        """Connect a client, or refuse it."""
         self._transport = cast("asyncio.Transport", transport)
         self._transport.set_write_buffer_limits(high=STALLED)
         peer = self._transport.get_extra_info("peername")
@@ -104,11 +99,9 @@ class Connection(asyncio.BufferedProtocol, ABC):
             self._transport.close()
 
     def get_buffer(self, sizehint: int) -> memoryview:  # noqa: ARG002
-        """Return the buffer for received characters."""
         return self._view[: self.plug.chunk]
 
     def buffer_updated(self, nbytes: int) -> None:
-        """Process received characters."""
         self._has_sent = False
         data = bytes(self._view[:nbytes])
         if self._begun is not None and self._is_web_request(data):
@@ -137,7 +130,6 @@ class Connection(asyncio.BufferedProtocol, ABC):
         return bool(self.linger_s)  # asyncio closes the connection if `eof_received` returns False.
 
     def connection_lost(self, exc: Exception | None) -> None:  # noqa: ARG002
-        """Disconnect the client."""
         self.plug.disconnect(self)
 
     def pause_writing(self) -> None:
@@ -147,7 +139,6 @@ class Connection(asyncio.BufferedProtocol, ABC):
             self.pause()
 
     def resume_writing(self) -> None:
-        """Record that the client reads again."""
         self.stalled = False
         if self.answers and not self.plug.full:
             self.resume()
@@ -161,11 +152,9 @@ class Connection(asyncio.BufferedProtocol, ABC):
         return _hung_up(self._socket)
 
     def drop(self) -> None:
-        """Disconnect the client."""
         self._transport.abort()
 
     def pause(self) -> None:
-        """Stop reading from the client."""
         self._transport.pause_reading()
 
     def resume(self) -> None:
@@ -174,13 +163,11 @@ class Connection(asyncio.BufferedProtocol, ABC):
             self._transport.resume_reading()
 
     def transmit(self, data: bytes) -> None:
-        """Send bytes to the client."""
         self._has_sent = True
         self._transport.write(data)
 
     @abstractmethod
-    def received(self, data: bytes) -> None:
-        """Process bytes from the client."""
+    def received(self, data: bytes) -> None: ...
 
 
 class TcpClient(Connection):
@@ -202,11 +189,9 @@ class TcpClient(Connection):
         super().resume_writing()
 
     def deliver(self, data: bytes, errors: LineError) -> None:  # noqa: ARG002
-        """Send characters from the controller to the client."""
         self.write(data)
 
     def received(self, data: bytes) -> None:
-        """Process bytes from the client."""
         if not self._has_told and NUL_LINE in self._last + data:
             self._tell_nul()
         self._last = data[-1:]
@@ -235,7 +220,6 @@ class TcpPort:
         self.url, self._server = url, server
 
     def close(self) -> None:
-        """Stop listening for clients."""
         self._server.close()
 
 

@@ -30,7 +30,6 @@ class Writer:
         self._dropped += len(data[room:])
 
     def clear(self) -> None:
-        """Discard all buffered characters."""
         self._waiting.clear()
         self._loop.remove_writer(self.descriptor)
 

@@ -30,7 +30,6 @@ class Move:
         return None if self.profile.end_ns is None else self.start_ns + self.profile.end_ns
 
     def position_at(self, time_ns: int) -> int:
-        """Return the net pulse count at a time during or after the move."""
         return self.origin + self.direction * self.profile.pulses_by(time_ns - self.start_ns)
 
     def reaches_ns(self, position: int) -> int | None:
@@ -50,7 +49,6 @@ class Train:
 
     @property
     def move(self) -> Move:
-        """The latest move, which may be finished."""
         return self.moves[-1]
 
     def start(self, now_ns: int, direction: int, profile: Profile) -> Move:
@@ -71,7 +69,6 @@ class Train:
         return not self.move.profile.over(now_ns - self.move.start_ns)
 
     def move_at(self, time_ns: int) -> Move:
-        """Return the latest move that began at or before a time."""
         starts = [move.start_ns for move in self.moves]
         first = self.moves[0].start_ns
         if time_ns < first and self.forgotten:

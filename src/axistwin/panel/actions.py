@@ -35,7 +35,6 @@ class ActionQueue:
 
     @property
     def busy(self) -> bool:
-        """True while the session executes a `step` or a `go_to`."""
         return self._moving or self._session.busy
 
     @property
@@ -53,7 +52,6 @@ class ActionQueue:
         return (clock.quiet and clock.now >= session.pacer.agenda_ns) or clock.next_event_ns() is None
 
     def do(self, act: Callable[[], object]) -> None:
-        """Perform an action, or queue the action while the session is busy."""
         if self.busy:
             self._waiting.append(lambda perform: act() if perform else None)
         else:
@@ -69,7 +67,6 @@ class ActionQueue:
         return self._move(begin, turn)
 
     def stop(self) -> None:
-        """Abort the `step` or `go_to` in progress, and discard the queued actions."""
         self._session.give_up()
         while self._waiting:
             self._waiting.popleft()(False)

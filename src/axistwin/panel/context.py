@@ -19,7 +19,6 @@ Refresh = Callable[[], None]
 
 
 def careful(view: Refresh) -> Refresh:
-    """Return `view` with its exceptions logged, the first of several, so that others are updated."""
     failing = False
 
     def refresh() -> None:
@@ -37,8 +36,6 @@ def careful(view: Refresh) -> Refresh:
 
 
 def together(*views: Refresh) -> Refresh:
-    """Combine several update functions into one function that calls all of them."""
-
     def refresh() -> None:
         for each in views:
             each()
@@ -89,7 +86,6 @@ class Context:
 
     @property
     def drives(self) -> bool:
-        """True if the user of this page is the driver."""
         return self.people.driver is self.person
 
     def touch(self, action: Callable[[], object], *, now: bool = False) -> bool:
@@ -137,5 +133,4 @@ class Context:
 
 
 def complain(error: AxistwinError) -> None:
-    """Show an error on the user's page as a notification."""
     ui.notify(str(error), type="negative", multi_line=True)

@@ -46,7 +46,6 @@ class Lessons:
             session.run()
 
     def end(self, name: str) -> None:
-        """End the tutorial's lesson about the controller `name`, if a lesson is in progress."""
         _, pupil = self._pupils.pop(name, (0, None))
         if pupil is not None:
             pupil.close()

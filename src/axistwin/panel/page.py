@@ -92,7 +92,6 @@ class Visits:
         """Update task of each page; None while the page is being built."""
 
     def begin(self, client: Client, person: Person) -> None:
-        """Register the web page of a browser that has just connected to the server."""
         client.on_connect(lambda: self._back(client, person))
         client.on_disconnect(lambda: self._gone(client, person))
         client.on_delete(lambda: self._forget(client))

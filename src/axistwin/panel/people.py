@@ -30,17 +30,14 @@ class Person:
     settings: dict[str, object] = field(default_factory=dict)
 
     def came(self) -> None:
-        """Count a newly connected page of this user."""
         self.pages += 1
 
     def left(self) -> None:
-        """Count a disconnected page of this user."""
         self.pages -= 1
         self.left_s = monotonic()
 
     @property
     def gone(self) -> bool:
-        """True if the user left the panel's web pages more than `GONE_S` seconds ago."""
         return not self.pages and monotonic() - self.left_s > GONE_S
 
 
@@ -75,7 +72,6 @@ class People:
 
     @property
     def there(self) -> list[Person]:
-        """Users who have opened the web page in at least one browser."""
         return [person for person in self._all.values() if person.pages]
 
     @property
@@ -84,7 +80,6 @@ class People:
         return self.driver.name if self.driver else "nobody"
 
     def take_over(self, person: Person) -> None:
-        """Give a user the control of the session, and notify all users."""
         if self.driver is not person:
             self.driver = person
             self.notify(f"{person.name} drives now")
@@ -98,5 +93,4 @@ class People:
         return self._messages.subscribe(observer)
 
     def notify(self, text: str) -> None:
-        """Send a message to all users."""
         self._messages.emit(text)

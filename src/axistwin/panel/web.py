@@ -105,7 +105,6 @@ class Panel:
         return f"http://{f'[{host}]' if ':' in host else host}:{port}/{token}"
 
     async def close(self) -> None:
-        """Disconnect all browsers, and stop the server."""
         if self._server is not None and self._task is not None:
             self._server.should_exit = True
             await self._task

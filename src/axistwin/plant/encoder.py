@@ -65,7 +65,6 @@ class Encoder:
 
     @property
     def at_index(self) -> bool:
-        """True while the index mark of the encoder is at the sensor."""
         disc = self._load + self._displaced + self._turned
         return (disc - self.data.index) % abs(self.data.counts_per_rev) < self.data.index_counts
 

@@ -31,7 +31,6 @@ class Override(Generic[T]):
 
     @property
     def values(self) -> list[T]:
-        """The setting, followed by the values of all active defects."""
         return [added.value for added in self._values]
 
     def set(self, value: T) -> None:

@@ -98,7 +98,6 @@ class Curves:
         return found
 
     def table(self) -> str:
-        """Return all samples as CSV."""
         head = [f"{name}.{quantity}" for name in self.axes for quantity in ("position", "velocity")]
         rows = [",".join(("seconds", *head))]
         for n in range(self.samples):

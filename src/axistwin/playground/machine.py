@@ -62,11 +62,9 @@ class Playground:
         }
 
     def open_model(self, model: str) -> dict[str, Any]:
-        """Open one controller of a model with its default options."""
         return self.open_files({SCENE: f'[[controller]]\nmodel = "{model}"\nname = "{model}"\n'})
 
     def open_example(self, name: str) -> dict[str, Any]:
-        """Open the scene of an example."""
         example = examples()[name]
         files = (path for path in example.files if path.suffix in TEXTS)
         texts = {path.relative_to(example.root).as_posix(): path.read_text(encoding="utf-8") for path in files}
@@ -271,11 +269,9 @@ class Playground:
         self._pictures.click(drawing, part)
 
     def load(self, name: str, file: str, text: str) -> None:
-        """Power-cycle a controller, then load and start a program."""
         self._now.load(name, file, text)
 
     def check(self, name: str, suffix: str, text: str) -> list[dict[str, Any]]:
-        """Return the errors and warnings of a program for a controller."""
         found = diagnose_text(text, suffix, self._now.bench[name].product)
         return [
             {"line": each.line, "column": each.column, "severity": each.severity.value, "message": each.message}
@@ -285,7 +281,6 @@ class Playground:
     # Take away
 
     def link(self) -> str:
-        """Return the fragment of a link to the present state."""
         return encode(Shared(self._now.save(), self._now.bench.now))
 
     def saved(self) -> bytes:
@@ -297,7 +292,6 @@ class Playground:
         return buffer.getvalue()
 
     def table(self) -> str:
-        """Return the samples of all positions and velocities as CSV."""
         return self._curves.table()
 
 

@@ -29,12 +29,10 @@ class Pictures:
         ]
 
     def drawn(self, name: str) -> set[str]:
-        """Return the names of the controller's terminals that appear in a drawing."""
         acts = {act for _, drawing in self._of[name].drawings() for act in drawing.acts}
         return acts | {*self._of[name].switches.outputs}
 
     def changes(self) -> dict[str, list[Change]]:
-        """Return the changes since the last call, by the name of the drawing."""
         smooth = self._flow.is_smooth(self._session.bench)
         for name, machine in self._of.items():
             machine.show(self._session.bench.controllers[name], self._trails, smooth=smooth)

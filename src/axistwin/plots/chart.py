@@ -25,7 +25,6 @@ class Curve:
     values: list[float] = field(default_factory=list)
 
     def divided(self, by: float) -> "Curve":
-        """Return a copy of the curve with all values divided by a number."""
         return Curve(self.times, [value / by for value in self.values])
 
     def thinned(self, most: int = MOST) -> "Curve":

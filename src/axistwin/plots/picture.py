@@ -53,7 +53,6 @@ def save(chart: Chart, path: Path) -> None:
 
 
 def as_svg(chart: Chart) -> str:
-    """Return a chart as an SVG element for an HTML page."""
     text = _rendered(_Picture(chart).draw, "svg").decode()
     return text[text.index("<svg") :]
 

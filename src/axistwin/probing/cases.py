@@ -92,7 +92,6 @@ class Dialect:
 
 
 def connect(controller: Controller, output: str, *inputs: str) -> None:
-    """Connect an output of a controller to inputs of the same controller."""
     pins = controller.pins
     source = pins[output]
 

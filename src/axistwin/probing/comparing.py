@@ -55,7 +55,6 @@ class Result:
     received: tuple[Answer, ...] = ()
 
     def as_dict(self) -> dict[str, Any]:
-        """Return the result as JSON."""
         return {
             "name": self.case.name, "section": self.case.section, "moves": self.case.moves, "writes": self.case.writes,
             "verdict": str(self.verdict), "reason": self.reason, "sent": [said.hex(" ") for said in self.case.says],
@@ -84,7 +83,6 @@ class Probe:
         return [result for result in self.results if result.verdict is verdict]
 
     def as_dict(self) -> dict[str, Any]:
-        """Return the results of the probe as data for a JSON file."""
         sections = {
             section: sum(result.verdict is Verdict.SAME for result in self.results if result.case.section == section)
             for section in dict.fromkeys(result.case.section for result in self.results)
@@ -195,7 +193,6 @@ class Twin:
         self.answers = {case: self.answer(case) for case in cases}
 
     def answer(self, case: Case) -> tuple[Answer, ...]:
-        """Return the answers of the virtual controller to a test case."""
         return tuple(
             self.end.ask(said, 0, case.wait(number, case.wait_s if case.moves else self._patience_s))
             for number, said in enumerate(case.says)
@@ -222,7 +219,6 @@ class _Port:
         end.settle()
 
     def ask(self, case: Case, expected: Sequence[Answer]) -> tuple[Answer, ...]:
-        """Perform a case, and return the answers."""
         self.end.begin()
         return tuple(
             self.end.ask(said, len(answer.data), case.wait(number, case.wait_s), self.family.patience_s)

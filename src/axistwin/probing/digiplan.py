@@ -357,7 +357,6 @@ def answer_form(said: bytes, answer: bytes) -> bytes:
 
 
 def first(facts: Mapping[str, str]) -> bytes:
-    """Return a request that is answered in every state."""
     return b"E" + facts.get("terminator", "\r").encode()
 
 

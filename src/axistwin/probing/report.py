@@ -14,7 +14,6 @@ tr { border-bottom: 1px solid #d8dde3 } code { font-size: 13px; overflow-wrap: a
 
 
 def html(probe: Probe) -> str:
-    """Return the report as HTML."""
     counts = ", ".join(f"{len(probe.of(verdict))} {verdict}" for verdict in Verdict)
     facts = "".join(
         f"<li>{escape(name)}: {escape(repr(text)[1:-1])}</li>" for name, text in probe.condition.facts.items()

@@ -23,5 +23,4 @@ def to_codes(keyboard: str, text: str) -> str:
 
 
 def to_glyphs(keyboard: str, text: str) -> str:
-    """Return the characters that a terminal with this keyboard shows for these codes."""
     return text.translate(str.maketrans(US, KEYBOARDS[keyboard]))

@@ -96,7 +96,6 @@ def scene_program() -> Program:
 
 
 def unknown_kind(path: Path) -> UsageError:
-    """Return the error for a program file with an unknown suffix."""
     kinds = (
         "expected .talk (conversation), .if1 (command lines), .181x (commands for an 1811) or .sms (SmartMotor source)"
     )

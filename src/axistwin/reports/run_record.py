@@ -129,7 +129,6 @@ class RunRecord:
         return max(len(self.said), len(self.changes), len(self.turned), len(self.faults)) < LENGTH and not lost
 
     def moves(self) -> list[AnyMove]:
-        """Return the moves of all axes, sorted by start time."""
         found: list[AnyMove] = [
             Move(controller, name, move, self.bench.now, axis.units)
             for controller, name, axis in self._steppers()

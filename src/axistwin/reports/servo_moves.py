@@ -76,7 +76,6 @@ class ServoMoves:
         self._farthest = 0  # Commanded position that is farthest from the start of the present move.
 
     def add_samples(self, samples: Samples) -> None:
-        """Detect the moves of a servo axis in new position samples."""
         positions, commanded = (np.asarray(numbers, np.int64) for numbers in (samples.positions, samples.commanded))
         whole = self._with_window(samples, positions)
         before = int(commanded[0]) if self._commanded is None else self._commanded
@@ -187,7 +186,6 @@ class ServoMoves:
                 self.moves.pop()
 
     def moves_until(self, now_ns: int) -> list[ServoMove]:
-        """Return the moves of the axis up to the time `now_ns`."""
         if self.moves and now_ns - self.moves[-1].last_ns > REST_NS and self.moves[-1].end_ns is None:
             self._close()
         found = [move for move in self.moves if move.is_significant]

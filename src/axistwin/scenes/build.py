@@ -84,7 +84,6 @@ class Builder:
         self._runner = ActionRunner(self.bench, load, own=True)
 
     def build(self) -> Bench:
-        """Build all controllers and machines of the scene, and switch the controllers on."""
         self._note_origin()
         self._add_controllers()
         self._connect_masters()

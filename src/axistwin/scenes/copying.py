@@ -53,7 +53,6 @@ class Copy:
         self._hosts: dict[str, list[str]] = {}
 
     def add_host(self, name: str, file: str, text: str) -> None:
-        """Add a conversation as a host of the endpoint `name`."""
         self._hosts.setdefault(name, []).append(self.files.add(file, text))
 
     # Functions that copy a scene file and add recorded actions to the copy
@@ -167,5 +166,4 @@ def _edited(text: str, changes: Mapping[Where, Mapping[str, Any]]) -> str | None
 
 
 def entry(at_s: float, on: str, do: Sequence[str]) -> dict[str, Any]:
-    """Return one entry of the script."""
     return {"at": at_s, **({"on": on} if on else {}), "do": list(do) if len(do) > 1 else do[0]}

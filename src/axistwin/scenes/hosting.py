@@ -257,7 +257,6 @@ class _ControllerHost:
     # Bus
 
     def send_commands(self) -> Procedure:
-        """Send the commands one by one, and read all messages."""
         with host_of(self.controller) as host:
             host.subscribe_received(lambda message: None)
             while not self.controller.bus.status:

@@ -224,12 +224,10 @@ class ControllerTable(Table):
 
     @property
     def called(self) -> str:
-        """Name of the controller on the bench."""
         return self.name or self.model.lower()
 
 
 def has_servo(model: str | None) -> bool:
-    """True if a controller model has a servo axis instead of stepper axes."""
     return model is not None and model.lower() in FAMILIES and product(model).make_axis is servo_axis
 
 
@@ -284,7 +282,6 @@ class FaultTerms(Table):
 
     @property
     def parameters(self) -> dict[str, Any]:
-        """Parameters of this kind of fault."""
         return self.model_dump(exclude_none=True, exclude=set(FaultTerms.model_fields))
 
 
@@ -466,7 +463,6 @@ class OperatorTable(Table):
 
     @property
     def items(self) -> bool:
-        """True if the operator panel has at least one button, lamp or selector."""
         return bool(self.button or self.lamp or self.selector)
 
 
@@ -500,7 +496,6 @@ class SceneFile(Table):
 
 @cache
 def scene_schema() -> dict[str, Any]:
-    """Return the JSON Schema of a scene file."""
     return SceneFile.model_json_schema()
 
 

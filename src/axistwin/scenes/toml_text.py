@@ -38,7 +38,6 @@ def toml_value(value: Any) -> str:
 
 
 def table_text(key: str, table: Mapping[str, Any]) -> str:
-    """Return one [[table]] as TOML text, one line per key."""
     lines = "".join(f"{name} = {toml_value(value)}\n" for name, value in table.items() if value is not None)
     return f"[[{key}]]\n{lines}"
 

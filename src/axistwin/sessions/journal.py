@@ -65,7 +65,6 @@ class Journal:
 
     @property
     def bytes(self) -> int:
-        """Approximate size of the journal in bytes."""
         return len(self._data) + self._texts
 
     def add(self, time_ns: int, clock_pass: int, act: Act) -> bool:

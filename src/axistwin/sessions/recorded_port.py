@@ -37,7 +37,6 @@ class MutableLine(Pin):
         self._line, self._unsubscribe = pin, pin.subscribe(self._forward)
 
     def attach(self, pin: Pin) -> None:
-        """Connect to the control line of another bench."""
         self._unsubscribe()
         self._line, self._unsubscribe = pin, pin.subscribe(self._forward)
 
@@ -81,11 +80,9 @@ class RecordedHost:
 
     @property
     def present(self) -> HostEnd:
-        """The host's end of the line on the present bench."""
         return self._port.present.host
 
     def do(self, act: LineAct, perform: Callable[[HostEnd], object]) -> None:
-        """Record an action of the host, then perform the action."""
         self._port.do(act, lambda port: perform(port.host))
 
 
@@ -134,7 +131,6 @@ class RecordedPort:
         self.hung_up.mute(on)
 
     def do(self, act: LineAct, perform: Callable[[SerialPort], object]) -> None:
-        """Record an action of the host, then perform the action."""
         self._record(act)
         if isinstance(act, SetFormat | SetLine | SetFlow | Hold):
             kind = act.line if isinstance(act, SetLine) else type(act)
@@ -142,11 +138,9 @@ class RecordedPort:
         perform(self.present)
 
     def write(self, data: bytes) -> None:
-        """Queue data for transmission to the controller."""
         self.do(Write(data), lambda port: port.write(data))
 
     def read(self) -> bytes:
-        """Return the bytes that the host has received, and empty the receive buffer."""
         return self.present.read()
 
     def send_break(self, seconds: float) -> None:
@@ -183,12 +177,10 @@ class RecordedBus:
         self.interrupt_line.attach(bus.interrupt_line)
 
     def mute(self, on: bool) -> None:
-        """Begin or end muting."""
         self.interrupt_line.mute(on)
 
     @property
     def interrupt(self) -> bool:
-        """True while the interrupt line from the board to the host is active."""
         return self.interrupt_line.level
 
     def read(self, offset: int) -> int:
@@ -198,14 +190,12 @@ class RecordedBus:
         return self.present.read(offset)
 
     def write(self, offset: int, value: int) -> None:
-        """Write a byte to a register of the board."""
         check_byte("offset", offset, CONTROL)
         check_byte("value", value)
         self._report(WriteRegister(offset, value))
         self.present.write(offset, value)
 
     def init(self) -> None:
-        """Activate the reset line of the bus."""
         self._report(Init())
         self.present.init()
 

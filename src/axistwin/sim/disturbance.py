@@ -39,7 +39,6 @@ class Disturbance:
 
     @property
     def over(self) -> bool:
-        """True if the disturbance of the serial line has ended."""
         return self.left == 0
 
     def meet(self, passage: Passage) -> None:
@@ -73,8 +72,6 @@ def flip(mask: int) -> Effect:
 
 
 def delay(delay_ns: Callable[[], int]) -> Effect:
-    """Return an effect that delays the character."""
-
     def effect(passage: Passage) -> None:
         passage.delay_ns += delay_ns()
 

@@ -83,7 +83,6 @@ class UartFormat:
         return self.baudrate, self.bytesize, self.parity
 
     def parity_bit(self, byte: int) -> bool:
-        """Return the level of the parity bit of `byte`."""
         if self.parity in "MS":
             return self.parity == "M"
         odd = byte.bit_count() % 2 == 1

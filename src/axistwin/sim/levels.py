@@ -82,7 +82,6 @@ class Levels:
         return levels
 
     def at(self, time_ns: Fraction) -> bool:
-        """Return the level of the wire at the given time."""
         return not any(space.begin <= time_ns * space.per < space.end for space in self._spaces)
 
     def forget(self, at: int, per: int = 1) -> None:

@@ -22,7 +22,6 @@ class Progress:
         return None if None in self._lines else frozenset(line for line in self._lines if line is not None)
 
     def report(self, program: str, index: int) -> None:
-        """Report to the subscribers that this line begins now."""
         self._begins.emit(program, index)
 
     def subscribe(self, callback: LineWatcher, only: Line | None = None) -> Callable[[], None]:

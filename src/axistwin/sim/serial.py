@@ -33,8 +33,7 @@ class Wire(Protocol):
     """Interface of a wire that carries the characters of a transmitter."""
 
     @property
-    def instant(self) -> bool:
-        """True if characters take no time on the wire."""
+    def instant(self) -> bool: ...
 
     @property
     def ready(self) -> bool:
@@ -100,7 +99,6 @@ class Line:
         self._levels.cut(self.clock.now)
 
     def mend(self) -> None:
-        """Repair the wire that `cut` has opened."""
         self._cuts = [token for token in self._cuts if token is not self]
 
     def short(self, duration_ns: int) -> None:
@@ -112,7 +110,6 @@ class Line:
 
     @property
     def ready(self) -> bool:
-        """True if the receiver can accept another character."""
         return self.receiver.has_room()
 
     def occupy(self, sent: UartFormat, item: int | Break) -> None:
@@ -265,7 +262,6 @@ class Line:
             self._find_start_bit()
 
     def _end_character(self, reading: Reading) -> None:
-        """Deliver the character at the end of its first stop bit."""
         self._read_on(self.clock.now)
         if reading is not self._reading:  # The start bit was too short, so the receiver gets no character.
             return
@@ -324,12 +320,10 @@ class Uart:
         self.when_idle = Moment(self.clock)  # All queued characters have been sent.
 
     def take(self, byte: int, errors: LineError) -> None:
-        """Pass a received character to `on_receive` and to all subscribers."""
         self.on_receive(byte, errors)
         self.received.emit(byte, errors)
 
     def understands(self, sent: UartFormat) -> bool:
-        """True if the receiver can decode characters of the given format."""
         return self.format is sent or (self.format is not None and self.format.shape == sent.shape)
 
     def measure(self, low_ns: Fraction, level_at: LevelAt) -> UartFormat | None:

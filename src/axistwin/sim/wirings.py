@@ -13,7 +13,6 @@ Wiring = Callable[[Uart], tuple[Line, Line]]  # Connects the host; returns the l
 
 
 def wire(sender: Uart, receiver: Uart, instant: bool) -> Line:
-    """Connect a transmitter to a receiver."""
     line = Line(sender.clock, receiver, instant)
     sender.line, receiver.peers = line, (sender,)
     return line
@@ -59,7 +58,6 @@ class _Tap:
 
 
 def direct(device: Uart, *, instant: bool = False) -> Wiring:
-    """Return a wiring that connects the host to one device, in both directions."""
     return daisy_chain([device], instant=instant)
 
 

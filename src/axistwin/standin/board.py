@@ -55,8 +55,7 @@ class Board(ABC):
         """Connect to the board again after a failure, at the user's command."""
 
     @abstractmethod
-    def shut_down(self) -> None:
-        """Stop all axes and switch all drives off."""
+    def shut_down(self) -> None: ...
 
     @property
     def _open_stop(self) -> str:
@@ -117,7 +116,6 @@ class Board(ABC):
         return open_input(self.wiring.inputs, self._levels, driven, direction)
 
     def set_output(self, source: str, level: bool, at_s: float) -> None:
-        """Set an output at `at_s` plus the horizon, a constant delay."""
         if self.state is State.READY:
             self._switch(source, level, at_s)
 

@@ -48,7 +48,6 @@ class Channel:
 
     @property
     def idle(self) -> bool:
-        """True if all commands have been sent and acknowledged."""
         return not self._waiting and not self._unacknowledged
 
     def send(self, content: bytes, sent: Callable[[float], None] = lambda at_s: None) -> None:
@@ -60,7 +59,6 @@ class Channel:
         return 0.0 if self._silent_since_s is None else now_s - self._silent_since_s
 
     def receive(self, data: bytes, now_s: float) -> Iterator[bytes]:
-        """Process received bytes and yield the responses of the board."""
         for sequence, content in self._reader.feed(data):
             self._acknowledge(sequence, now_s, is_empty=not content)
             if content:

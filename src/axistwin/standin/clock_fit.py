@@ -94,11 +94,9 @@ class ClockFit:
             self.error_s = max(0.0, float(beyond_s.max())) + standard_s
 
     def ticks(self, time_s: float) -> float:
-        """Convert a time of the host's clock to ticks of the board's clock."""
         return self._ticks + (time_s - self._time_s) * self.hz
 
     def time_s(self, ticks: float) -> float:
-        """Convert ticks of the board's clock to a time of the host's clock."""
         return self._time_s + (ticks - self._ticks) / self.hz
 
 

@@ -52,18 +52,15 @@ class Connection:
         self.channel, self.dictionary = Channel(), Dictionary()
 
     def drop(self) -> None:
-        """Discard all unanswered requests and all unsent commands."""
         self._requests.clear()
         self.channel.drop_waiting()
 
     @property
     def silent(self) -> bool:
-        """True if an acknowledgement from the board is overdue."""
         most_s = MOST_SILENT_S if self.dictionary.constants else MOST_SILENT_AT_START_S
         return self.channel.silent_s(self.now_s) > most_s
 
     def send(self, name: str, **values: int) -> None:
-        """Send a command to the board."""
         self.channel.send(self.dictionary.encode(name, **values))
 
     def receive(self, data: bytes) -> Iterator[tuple[str, dict[str, Any]]]:

@@ -53,7 +53,6 @@ class Driver:
 
     @property
     def axes(self) -> tuple[str, ...]:
-        """Names of all axes that the boards drive."""
         return tuple(self._board)
 
     @property
@@ -68,12 +67,10 @@ class Driver:
 
     @property
     def still(self) -> bool:
-        """True if all motors are stopped, at the positions in `positions`."""
         return self._still >= self._board.keys()
 
     @property
     def failed(self) -> bool:
-        """True if at least one board has failed."""
         return bool(self._failed)
 
     def begin(self, now_s: float) -> None:

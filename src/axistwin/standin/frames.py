@@ -23,7 +23,6 @@ def crc16(data: bytes) -> int:
 
 
 def block(sequence: int, content: bytes) -> bytes:
-    """Return a message block with the given sequence number and content."""
     assert len(content) <= MOST_CONTENT, "the content fits into a block"
     head = bytes([len(content) + LEAST, _DESTINATION | sequence & _SEQUENCE]) + content
     return head + crc16(head).to_bytes(2, "big") + bytes([SYNC])

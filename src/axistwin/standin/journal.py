@@ -81,7 +81,6 @@ class Journal:
         return False
 
     def close(self) -> None:
-        """Close the journal file."""
         self._writer.close()
         if not self._writer.is_alive():
             self._file.close()

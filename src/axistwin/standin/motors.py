@@ -36,7 +36,6 @@ class Steps:
 
     @property
     def moving(self) -> bool:
-        """True while a move of the axis is in progress."""
         return self._axis.moving
 
     def tolerance_s(self, _times: "NDArray[np.int64]") -> float:
@@ -72,7 +71,6 @@ class Counts:
 
     @property
     def moving(self) -> bool:
-        """True while the shaft turns or a trajectory is in progress."""
         return self._axis.moving
 
     def tolerance_s(self, times: "NDArray[np.int64]") -> float:
@@ -151,7 +149,6 @@ class Counts:
         self._samples.clear()
 
     def let_go(self) -> None:
-        """Release the shaft that `hold` has blocked."""
         if self._release is not None:
             self._release()
             self._release = None

@@ -38,7 +38,6 @@ class Plan:
 
     @property
     def axes(self) -> list[str]:
-        """Names of all axes."""
         return [axis.axis for _, wiring in self.boards for axis in wiring.axes]
 
 

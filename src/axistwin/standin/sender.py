@@ -86,6 +86,5 @@ class Sender(Thread, Output):
         self._report()
 
     def close(self) -> None:
-        """End the thread and close the serial port."""
         self._end.set()
         self.join(1.0)

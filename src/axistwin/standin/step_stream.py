@@ -55,11 +55,9 @@ class StepStream:
         self._in_queue: list[float] = []
 
     def of(self, controllers: Sequence[str]) -> Iterator[Motor]:
-        """Return the motors that belong to the given controllers."""
         return (motor for motor in self.motors.values() if motor.pins.controller in controllers)
 
     def forget_queue(self) -> None:
-        """Assume from now on that the board's queue is empty."""
         self._in_queue.clear()
 
     def add(self, motor: Motor, direction: int, wanted: "NDArray[np.float64]", tolerance_s: float) -> None:

@@ -59,7 +59,6 @@ class StopPage:
         self._thread.start()
 
     def close(self) -> None:
-        """Stop the web server and close its port."""
         self._loop.call_soon_threadsafe(self._closing.set)
         self._thread.join()
 

@@ -64,7 +64,6 @@ class Timetable:
         return 2 * self.period * max(1, round(seconds * self.hz / (2 * self.period)))
 
     def interval(self, given: InputPin) -> int:
-        """Return the interval, in clock ticks, at which the board reads an input."""
         return self.period if given.stops is not None else self._even_periods(self.wiring.sample_s)
 
     def reading(self, given: InputPin, soon: float) -> int:

@@ -45,7 +45,6 @@ class DrivenAxis:
 
     @property
     def controller(self) -> str:
-        """Name of the controller to which the axis belongs."""
         return self.axis.rpartition(".")[0]
 
     def refusal(self, rate: float, end: int) -> str:
@@ -80,7 +79,6 @@ class Sensed:
 
     @property
     def controller(self) -> str:
-        """Name of the controller to which the input belongs."""
         return self.to.rpartition(".")[0]
 
 
@@ -159,7 +157,6 @@ class Wiring(Wired):
         return tuple(dict.fromkeys(axis.enable for axis in self.axes if axis.enable is not None))
 
     def used(self) -> Iterator[tuple[BoardPin, str]]:
-        """Yield each used pin of the board with a description of its use."""
         for axis in self.axes:
             yield axis.step, f"{axis.axis} step"
             yield axis.direction, f"{axis.axis} direction"

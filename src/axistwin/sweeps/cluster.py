@@ -185,7 +185,6 @@ def perform(setup: bytes, tasks: list[Task], limit_s: float) -> list[Row]:
 
 
 def end_processes() -> None:
-    """End the processes in which this Dask worker runs its tasks."""
     while _processes:
         _, (_, process) = _processes.popitem()
         process.__exit__()

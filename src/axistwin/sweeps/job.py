@@ -45,7 +45,6 @@ class Job:
     """A Python host, `module:function`, that is called with the bench of each run."""
 
     def hash(self) -> str:
-        """Return a hash of the scene and its programs."""
         texts = {Path(name).name: text for name, text in self.scene.programs.items()}
         if self.program is not None:
             texts[self.program.name] = self.program.read_text(encoding="latin-1")

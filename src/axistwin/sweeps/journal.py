@@ -202,7 +202,6 @@ def _tables(parts: Path) -> "Iterator[tuple[Path, pa.Table]]":
 
 
 def is_sweep(path: Path) -> bool:
-    """True if the file contains the results of a sweep."""
     try:
         return PLAN in (pq.read_schema(path).metadata or {})
     except (pa.ArrowException, OSError, ValueError):
@@ -225,7 +224,6 @@ def read(path: Path) -> "pa.Table":
 
 
 def plan_of(found: "pa.Table") -> Plan:
-    """Return the plan of the sweep to which a table of `read` belongs."""
     plan: Plan = json.loads(found.schema.metadata[PLAN])
     return plan
 

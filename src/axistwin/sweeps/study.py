@@ -72,11 +72,9 @@ class Study:
 
     @property
     def best(self) -> Trial | None:
-        """The best trial up to now in which all claims hold."""
         return best(self.trials, str(self.plan["goal"]))
 
     def add(self, trial: Trial) -> None:
-        """Add a trial's results to the database file."""
         with _storage(self.out, "write"):
             self._stored.add_trial(self._frozen(trial))
         self.trials.append(trial)
@@ -103,7 +101,6 @@ class Study:
 
 
 def best(trials: Sequence[Trial], goal: str) -> Trial | None:
-    """Return the best trial in which all claims hold."""
     sign = -1 if _direction(goal) == "maximize" else 1
     return min((trial for trial in trials if trial.feasible), key=lambda trial: sign * trial.score, default=None)
 
@@ -113,7 +110,6 @@ def _direction(goal: str) -> str:
 
 
 def is_study(path: Path) -> bool:
-    """True if a file is an SQLite database."""
     try:
         with path.open("rb") as file:
             return file.read(len(MAGIC)) == MAGIC

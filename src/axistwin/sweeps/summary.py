@@ -85,7 +85,6 @@ def _is_without_effect(
 
 
 def lines(found: Mapping[str, Any]) -> Iterator[str]:
-    """Yield the summary of a sweep, line by line."""
     ended = ", ".join(f"{count} {name}" for name, count in found["ended"].items())
     yield f"{found['runs']} runs (ended: {ended or 'none'}), hash {found['hash']}"
     if found["measures"]:

@@ -75,7 +75,6 @@ class SweepFile(BaseModel):
         return made
 
     def chosen(self) -> Design:
-        """Return the settings that determine the points of the sweep."""
         return Design(self.design, self.runs, self.seed, self.search)
 
 

@@ -81,7 +81,6 @@ class Workers:
 
     @property
     def processes(self) -> list[int]:
-        """Process IDs of the running worker processes."""
         return [worker.process.pid for worker in self._workers if worker.process is not None]
 
     def map(self, tasks: Iterable[Task]) -> Iterator[Row]:

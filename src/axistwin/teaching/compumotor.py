@@ -33,7 +33,6 @@ class CompumotorGuide(Guide):
 
     @property
     def ready(self) -> bool:
-        """True if the board accepts commands."""
         return bool(int(self.value("status")) & Status.INPUT_READY)
 
     def reasons(self) -> Iterator[Reason]:

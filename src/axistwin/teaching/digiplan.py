@@ -47,7 +47,6 @@ class DigiplanGuide(Guide):
 
     @property
     def ready(self) -> bool:
-        """True if the controller has received the data format."""
         return self.value("state") == Stage.READY.value
 
     def reasons(self) -> Iterator[Reason]:
@@ -156,7 +155,6 @@ class DigiplanGuide(Guide):
         return f", and waits: {' and '.join(levels)}" if levels else ""
 
     def answer(self, request: bytes, reply: bytes) -> str:
-        """Return the meaning of a reply to the last request."""
         text, asked = reply.rstrip(b"\r\n").decode("latin-1"), request.strip().decode("latin-1")[-1:]
         if asked == "Q" and len(reply) == 1:
             return f"{reply[0]}: {self.bits('Q', reply[0], 'at rest, no fault')}"
@@ -191,7 +189,6 @@ class DigiplanGuide(Guide):
         return f"no current flows in {without}" if without else "current flows in every input"
 
     def command(self, text: str) -> Iterator[str]:
-        """Yield a description of each command in a message to the interface."""
         seen = set()
         for piece in _COMMAND.findall(text.replace(" ", "")):
             found = self.controller.product.commands.get(piece[0])

@@ -46,8 +46,7 @@ class Guide(ABC):
 
     @property
     @abstractmethod
-    def ready(self) -> bool:
-        """True if the controller can execute commands."""
+    def ready(self) -> bool: ...
 
     @abstractmethod
     def reasons(self) -> Iterator[Reason]:
@@ -62,8 +61,7 @@ class Guide(ABC):
         """Yield all meanings that a number can have in a reply of the controller."""
 
     @abstractmethod
-    def command(self, text: str) -> Iterator[str]:
-        """Yield the meaning of each part of a line that a host sends."""
+    def command(self, text: str) -> Iterator[str]: ...
 
     @abstractmethod
     def initialisation(self) -> Iterator[Act]:
@@ -81,7 +79,6 @@ class Guide(ABC):
     """True if each command is one character, and commands follow each other without blanks."""
 
     def words(self) -> list[Term]:
-        """Return all commands that the terminal offers for completion."""
         return [
             Term(str(command.code), command.name, show_controls(command.syntax))
             for command in self.controller.product.commands

@@ -72,12 +72,10 @@ def moved(axis: str, by: int) -> Check:
 
 
 def moving(axis: str) -> Check:
-    """Return a condition that is true while the axis moves."""
     return lambda it: it.controller.axes[axis].moving
 
 
 def stopped(axis: str) -> Check:
-    """Return a condition that is true while the axis is at rest."""
     return lambda it: not it.controller.axes[axis].moving
 
 
@@ -92,7 +90,6 @@ def level(pin: str, high: bool) -> Check:
 
 
 def both(first: Check, second: Check) -> Check:
-    """Return a condition that is true if both given conditions are true."""
     return lambda it: first(it) and second(it)
 
 

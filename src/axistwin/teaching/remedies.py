@@ -23,7 +23,6 @@ class Remedies:
         return f"type  :drive {pin} release"
 
     def mend(self, pin: str) -> str:
-        """Return how to end an injected fault of this pin."""
         return f"an injected fault holds {pin}: type  :drive mend all"
 
     def power(self, *words: str) -> str:

@@ -68,7 +68,6 @@ class SmartMotorGuide(Guide):
             yield Reason("the stored program is corrupt, and does not run (Bk)", "store it again, or type  :store END")
 
     def _obeying(self, ignoring: str) -> str:
-        """Return the remedy for a motor that ignores the host's commands."""
         if ignoring == ASLEEP:
             return "type  WAKE"
         if ignoring == NOT_ADDRESSED:
@@ -110,7 +109,6 @@ class SmartMotorGuide(Guide):
         return f"ZS {missing}MP P={target} G"
 
     def answer(self, request: bytes, reply: bytes) -> str:
-        """Return the meaning of the answer to the last report command."""
         words, text = request.decode("latin-1").split(), reply.strip().decode("latin-1")
         asked = words[-1] if words else ""
         if asked in ("RW", "RS") and text.isdecimal():
@@ -132,7 +130,6 @@ class SmartMotorGuide(Guide):
                     yield f"  {1 << lamp.bit:5}  {lamp.label}  {lamp.name}{'.  ' + lamp.doc if lamp.doc else ''}"
 
     def command(self, text: str) -> Iterator[str]:
-        """Yield a description of each command in a line of SmartMotor code."""
         whole = read(text)
         found = [whole.command] if whole.problem is None else [read(word).command for word in text.split()]
         yield from dict.fromkeys(described(command) for command in found if command is not None)

@@ -59,7 +59,6 @@ class Tutor:
         return comments if refused else [*comments, *notes]
 
     def received(self, data: bytes) -> list[str]:
-        """Process data from the controller, and return comments on each complete reply."""
         if on_a_bus(self.controller):
             return self._answered(data)
         comments = []
@@ -104,7 +103,6 @@ class Tutor:
         return self.guide.initialisation()
 
     def words(self) -> list[Term]:
-        """Return the commands that the terminal offers for completion."""
         return self.guide.words()
 
     # Parts

@@ -51,8 +51,7 @@ MEANINGS = {
 class End(Protocol):
     """Connection from the terminal to a virtual controller or to a port."""
 
-    def send(self, data: bytes) -> None:
-        """Send data to the controller."""
+    def send(self, data: bytes) -> None: ...
 
     async def run_until_quiet(self) -> None:
         """Wait until the controller is idle or has been silent for a while."""

@@ -49,7 +49,6 @@ class Words(Completer):
         self._single = tutor is not None and tutor.guide.single_characters
 
     def get_completions(self, document: Document, complete_event: CompleteEvent) -> Iterable[Completion]:
-        """Yield the completions of the word at the cursor."""
         text = document.text_before_cursor
         if text.startswith(":") and (len(text) == 1 or text[1].islower()):
             found = ((f":{name}", meaning) for name, meaning in MEANINGS.items())
@@ -103,7 +102,6 @@ class LineEditor:
             lines.put_nowait(None)
 
     def close(self) -> None:
-        """Close the line editor as if the user had pressed Ctrl-D."""
         if self._session.app.is_running and not self._session.app.is_done:
             self._session.app.exit(exception=EOFError())
 

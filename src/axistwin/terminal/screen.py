@@ -47,7 +47,6 @@ class Screen:
         self._timer: asyncio.TimerHandle | None = None
 
     def prompt(self) -> None:
-        """Show the prompt if the last line on the screen is empty."""
         if self.person and not self._editor and self._line is Line.EMPTY:
             self._write(PROMPT)
             self._line = Line.PROMPT
@@ -80,7 +79,6 @@ class Screen:
             self.show(*(f"{DIM}  {line}{NORMAL}" if self.colours else f"  {line}" for line in lines))
 
     def show_received(self, data: bytes) -> None:
-        """Show characters from the controller."""
         for byte in data:
             if self._line is Line.ENDED and byte != LF:
                 self._fresh()
@@ -92,7 +90,6 @@ class Screen:
         self._again_after(OVER_S if self._line is Line.ENDED else PAUSE_S)
 
     def close(self) -> None:
-        """End an unfinished line on the screen with a line feed."""
         self._stop_timer()
         self._fresh()
 

@@ -5,7 +5,6 @@ from pathlib import Path
 
 
 def state_file(name: str) -> Path:
-    """Return the path of a file in the user's state directory."""
     usual = Path.home() / (".local/state" if os.name == "posix" else "AppData/Local")
     state = os.environ.get("XDG_STATE_HOME") or os.environ.get("LOCALAPPDATA") or usual
     return Path(state) / "axistwin" / name

@@ -35,8 +35,7 @@ class VirtualEnd(ABC):
     def _subscribe(self) -> Callable[[], object]: ...
 
     @abstractmethod
-    def send(self, data: bytes) -> None:
-        """Send a typed line to the controller."""
+    def send(self, data: bytes) -> None: ...
 
     def read(self, line: bytes) -> bytes:
         """Convert a typed line to the data to send.  Raises ProgramError for an unknown command."""

@@ -32,7 +32,6 @@ class StepperTrace:
         """Cached pulse times of recent moves, relative to their starts."""
 
     def first(self, name: str, now_ns: int) -> float:
-        """Return the value of the signal `name` at the start of the trace."""
         move = self.train.move
         values = {"direction": int(self.direction > 0), "pulses": move.position_at(now_ns), "velocity": self.velocity}
         return values.get(name, 0)
@@ -152,11 +151,9 @@ class ServoTrace:
         self.rows = Rows(3)
 
     def first(self, name: str) -> int:
-        """Return the value of the signal `name` at the start of the trace."""
         return self._last[name]
 
     def add_samples(self, samples: Samples) -> None:
-        """Store a block of samples."""
         times = samples.start_ns + samples.period_ns * np.arange(len(samples), dtype=np.int64)
         self.rows.add(times, samples.positions, samples.commanded)
 

@@ -91,7 +91,6 @@ class Rows:
         self.waiting = 0
 
     def add(self, *columns: "Sequence[int] | NDArray[np.int64]") -> None:
-        """Append rows."""
         self._blocks.append(tuple(np.asarray(column, np.int64) for column in columns))
         self.waiting += len(columns[0])
 

@@ -56,14 +56,12 @@ class CsvSink(TextSink):
         output.append(("\n".join(lines) + "\n").encode())
 
     def write(self, batch: Batch) -> None:
-        """Write one CSV row for each change."""
         values = decoded(batch, batch.signals, batch.values, self._signals, _csv_value)
         names = self._names
         rows = zip(batch.times.tolist(), batch.signals.tolist(), values, strict=True)
         self._output.append("".join([f"{time_ns}{names[n]}{value}\n" for time_ns, n, value in rows]).encode())
 
     def end(self, now_ns: int) -> None:
-        """Write the end time of the trace as a comment."""
         self._output.append(f"# end_ns: {now_ns}\n".encode())
 
 
@@ -89,7 +87,6 @@ class VcdSink(TextSink):
         output.append(("\n".join(head) + "\n").encode())
 
     def write(self, batch: Batch) -> None:
-        """Write each time, followed by the changes at that time."""
         lines = self._changes(batch)
         new = np.flatnonzero(np.diff(batch.times, prepend=self._last_ns))
         for at, time_ns in zip(new.tolist(), batch.times[new].tolist(), strict=True):
@@ -111,7 +108,6 @@ class VcdSink(TextSink):
         return lines
 
     def end(self, now_ns: int) -> None:
-        """Write the end time of the trace."""
         if now_ns > self._last_ns:
             self._output.append(f"#{now_ns}\n".encode())
 
@@ -240,6 +236,5 @@ def sink_for(path: Path) -> MakeSink:
 
 
 def supported(path: Path, signals: Iterable[Signal]) -> list[Signal]:
-    """Select the signals that the file format of `path` can store."""
     left_out = {WAVES: (), SIGROK: (TEXT,)}.get(ending(path), (STEP,))
     return [signal for signal in signals if signal.kind not in left_out]

@@ -24,7 +24,6 @@ POINTS = 1 << 17
 
 @contextmanager
 def tracing_in_memory(bench: Bench) -> Iterator["MemoryTrace"]:
-    """Context manager that records the signals of the controllers in memory."""
     memory = MemoryTrace(bench)
     with memory.tracer as tracer:
         yield memory
@@ -50,7 +49,6 @@ class MemoryTrace:
         ]
 
     def trace(self) -> Trace:
-        """Return a trace of all changes recorded up to now."""
         tracks = {changes.signal.full: changes.track() for changes in self._changes}
         return Trace(Path(), tracks, provenance(self._bench), self._began_ns, self._bench.now)
 

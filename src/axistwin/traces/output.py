@@ -50,7 +50,6 @@ class Output:
         os.ftruncate(self._file, self._size)
 
     def close(self) -> None:
-        """Close the file."""
         os.close(self._file)
 
 

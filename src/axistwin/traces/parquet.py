@@ -107,7 +107,6 @@ class ParquetSink:
         self._rewritable = len(data)
 
     def end(self, now_ns: int) -> None:
-        """Write the end time of the trace as the last row."""
         self.write(Batch(np.array([now_ns]), np.array([len(self._signals)]), np.array([0]), ()))
         self.flush()
 

@@ -44,7 +44,6 @@ class Track:
         self.values.append(_value(self.kind, value))  # type: ignore[arg-type]
 
     def columns(self) -> "tuple[NDArray[np.int64], NDArray[Any]]":
-        """Return the times and the values of a numeric signal as arrays."""
         values = np.array(self.values, float if self.kind == REAL else np.int64)
         return np.array(self.times, np.int64), values
 

@@ -20,7 +20,6 @@ class PolledRegister:
         self.known = register.read()
 
     def record(self, now_ns: int, value: int | str) -> None:
-        """Record a new value of the register."""
         self.known = value
         self._add(now_ns, self._place, written(value))
 

@@ -47,7 +47,6 @@ class _Message:
 
     @property
     def complete(self) -> bool:
-        """True if further characters, other than LF, begin a new message."""
         return self.whole or self._message.endswith((b"\r", b"\n")) or len(self._message) >= LONGEST
 
     def extend(self, time_ns: int, data: bytes) -> None:

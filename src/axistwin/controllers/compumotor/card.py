@@ -96,7 +96,6 @@ class Card:
         return () if self._board is None else self._board.procedures
 
     def power(self, on: bool) -> None:
-        """Switch the power on or off."""
         self.bus.powered = on
         if not on and self._board is not None:
             self._board.power_off()

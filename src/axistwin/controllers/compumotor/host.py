@@ -26,11 +26,9 @@ class Host:
 
     @property
     def pending(self) -> int:
-        """Number of commands that have not been sent to the board yet."""
         return len(self._commands)
 
     def write(self, command: bytes) -> None:
-        """Send a command to the board as soon as the board is ready."""
         self._commands.append(command)
         self._changed()
 
@@ -39,7 +37,6 @@ class Host:
         return self._received.subscribe(callback)
 
     def close(self) -> None:
-        """Stop sending commands and receiving messages."""
         self._unsubscribe()
         self._commands.clear()
         self._received = Signal()

@@ -42,7 +42,6 @@ class Number(Field):
         return value if self.allows(value) else None
 
     def encode(self, value: Any) -> bytes:
-        """Convert a value to parameter bytes."""
         return int(value).to_bytes(self.size, "big", signed=self.signed)
 
 
@@ -56,7 +55,6 @@ class Ranges(Number):
         return (velocity, acceleration) if velocity <= 5 and acceleration <= 2 else None
 
     def encode(self, value: tuple[int, int]) -> bytes:
-        """Convert a velocity range and an acceleration range to one byte."""
         return bytes([value[0] << 4 | value[1]])
 
 
@@ -84,7 +82,6 @@ class OneOf(Number):
     choices: tuple[int, ...] = ()
 
     def allows(self, value: int) -> bool:
-        """True if the value is one of the valid values of this parameter."""
         return value in self.choices
 
 
@@ -110,17 +107,14 @@ class Opcode(Command):
 
     @property
     def opcode(self) -> int:
-        """Opcode of the command as a byte."""
         return int(self.code)
 
     @cached_property
     def fields(self) -> tuple[Number, ...]:
-        """Parameters of the command, each with its size in bytes."""
         return tuple(field for field in self.parameters if isinstance(field, Number))
 
     @cached_property
     def size(self) -> int:
-        """Total size of the command's parameters in bytes."""
         return sum(field.size for field in self.fields)
 
     @cached_property

@@ -64,7 +64,6 @@ class Handshake:
         self._show()
 
     def close(self) -> None:
-        """Discard all messages and clear all interrupt lines, at power-off."""
         self._messages.clear()
         self.port.on_control = lambda value: None
         self.port.interrupt_line.set(False)
@@ -129,7 +128,6 @@ class Handshake:
 
     @property
     def full(self) -> bool:
-        """True if the message queue is full."""
         return len(self._messages) >= self._most
 
     def send(self, message: bytes) -> None:

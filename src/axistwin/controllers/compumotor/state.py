@@ -91,8 +91,7 @@ class State(ABC):
         })  # fmt: skip
 
     @abstractmethod
-    def refresh(self) -> None:
-        """Update outputs and position tracking after a change of state."""
+    def refresh(self) -> None: ...
 
     @abstractmethod
     def begin_test(self) -> None:
@@ -160,12 +159,10 @@ class State(ABC):
 
     @property
     def moving(self) -> bool:
-        """True while the motor is moving, by a command or under joystick control."""
         return self.pulses.moving or self.joystick.moving
 
     @property
     def occupied(self) -> bool:
-        """True while the motor is moving or the joystick is enabled."""
         return self.moving or self.joystick.enabled
 
     @property
@@ -186,5 +183,4 @@ class State(ABC):
 
 
 def ns(amount: float, unit_ns: int = MS) -> int:
-    """Convert the time of an option to nanoseconds."""
     return round(amount * unit_ns)

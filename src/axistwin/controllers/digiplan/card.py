@@ -97,7 +97,6 @@ class Card:
         return () if self._interface is None else self._interface.procedures
 
     def power(self, on: bool) -> None:
-        """Switch the card on or off."""
         if on and self._interface is None:
             self._interface = Interface(self._hardware)
             self._interface.on_hint = self._hints.emit
@@ -134,7 +133,6 @@ class Card:
         return Awaited(work, *awaited(self.pins, interface.waiting))
 
     def programs(self) -> Mapping[str, Listing]:
-        """Return the text of the stored sequence, and the number of the step in progress."""
         interface = self._interface
         if interface is None:
             return {SEQUENCE: Listing("stored sequence", listed(Retained.recall(self.store).sequence))}

@@ -41,7 +41,6 @@ def read(text: str) -> Message:
 
 
 def is_request(text: str) -> bool:
-    """True if the text is a single valid status request."""
     message = read(text)
     return message.alone is not None and not message.problems and Accept.REQUEST in message.alone.accepted
 

@@ -95,7 +95,6 @@ class Direction(Written):
 
     @property
     def form(self) -> str:
-        """Syntax of an optional sign."""
         return "[+|-]"
 
     def read(self, text: str | None) -> tuple[int, bool]:

@@ -84,8 +84,7 @@ class State(ABC):
         """Lock or unlock the communication with the host, and update the battery-backed memory."""
 
     @abstractmethod
-    def erase(self) -> None:
-        """Erase parameters, sequence and lock."""
+    def erase(self) -> None: ...
 
     def drop(self, hint: str) -> None:
         """Report the reason for dropping characters of the host, unless that reason was reported last."""
@@ -94,7 +93,6 @@ class State(ABC):
             self.on_hint(hint)
 
     def refuse(self, text: str, why: str = "", rule: Rule | None = None) -> None:
-        """Report a message of the host that is not carried out."""
         self.on_refusal(Refusal(text.encode("latin-1"), why, rule))
 
     def transmit(self, data: bytes) -> Procedure:
@@ -144,6 +142,5 @@ class State(ABC):
         return self._muted_until_ns > self.clock.now
 
     def until_unmuted(self) -> Procedure:
-        """Wait until the ramp has been calculated."""
         if self.muted:
             yield self.clock.timeout(self._muted_until_ns - self.clock.now)

@@ -78,7 +78,6 @@ class Parameters:
     character_delay: int = 0  # Inter-character delay in units of 10 ms.
 
     def after(self, step: Step) -> "Parameters":
-        """Return these parameters with the settings of the step."""
         return replace(self, **step.settings) if step.settings else self
 
     def without_index(self) -> "Parameters":

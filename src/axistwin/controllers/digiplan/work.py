@@ -30,7 +30,6 @@ class Work:
         return self.occupied or self.held is not None or self.motion.running
 
     def begin(self, procedure: Procedure) -> None:
-        """Start a move, run or sequence."""
         self.process = self.clock.process(self._run(procedure))
 
     def _run(self, procedure: Procedure) -> Procedure:
@@ -53,7 +52,6 @@ class Work:
             freed.succeed()
 
     def cancel(self) -> None:
-        """Stop the motion with deceleration, end the procedure in progress, and delete the waiting messages."""
         self.drop_held()
         self.motion.decelerate()
         if self.process is not None:
@@ -65,7 +63,6 @@ class Work:
                 interrupt(self.process)
 
     def stop(self) -> None:
-        """Abort the present move, run or sequence at power-off, and delete all waiting messages."""
         for process in (self.held, self.process):
             if process is not None:
                 kill(process)
@@ -96,7 +93,6 @@ class Work:
         self._release()
 
     def drop_held(self) -> None:
-        """Delete all messages whose execution waits for the end of a move or a sequence."""
         if self.held is not None:
             kill(self.held)
             self._release()

@@ -85,7 +85,6 @@ class Lines:
         return {PROGRAM_NAME: Listing(f"stored program{locked}", rows.lines, self._running(), rows.silent)}
 
     def rows(self) -> Rows:
-        """Return the lines of the program in the memory."""
         return self._rows if self._motor is None else self._rows_of(self._motor.program)
 
     def in_lines(self, names: Sequence[str], follower: Follower) -> Follower:

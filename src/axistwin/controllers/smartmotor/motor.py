@@ -85,7 +85,6 @@ class Motor(Processor):
         self.clock.call_later(to_ns(options.boot_window_s), self._boot)
 
     def execute(self, channel: Channel, text: str) -> None:
-        """Execute a command of the host, given without its terminator."""
         statement = command(text)
         self.catch_up(changing=not statement.read_only)
         self.host = channel
@@ -98,7 +97,6 @@ class Motor(Processor):
             self.update_outputs()
 
     def report_refused(self, channel: Channel, text: str, why: str) -> None:
-        """Report a command of the host that is not executed."""
         self.on_refused_command(Refusal(text.encode("ascii", "replace"), why, channel=channel.number))
 
     def execute_record(self, code: int, value: int) -> None:
@@ -108,7 +106,6 @@ class Motor(Processor):
         self.update_outputs()
 
     def end_host_mode(self) -> None:
-        """Switch the motor off after an underflow of host mode."""
         self.i[s.HOST_FLAGS] |= host_mode.UNDERFLOW
         brakes.switch_off(self, s.M_ERROR)
 

@@ -56,7 +56,6 @@ class Nonvolatile:
         return cls(kept["program"], kept["broken"], kept["locked"], eeprom)
 
     def read(self, place: int, size: int) -> bytes:
-        """Return `size` bytes of the data EEPROM, beginning at the address `place`."""
         return bytes(self.eeprom[place : place + size]).ljust(size, bytes((ERASED,)))
 
     def write(self, place: int, data: bytes) -> bool:

@@ -48,8 +48,7 @@ class StoredProgram(Protocol):
     """The interface through which commands access a stored program."""
 
     @property
-    def labels(self) -> Mapping[int, int]:
-        """Places of the labels in the code, by label."""
+    def labels(self) -> Mapping[int, int]: ...
 
     @property
     def statements(self) -> Sequence[object]:
@@ -89,16 +88,13 @@ class Processor(Dispatcher, ABC):
 
     @property
     @abstractmethod
-    def program(self) -> StoredProgram:
-        """The motor's stored user program, in compiled form."""
+    def program(self) -> StoredProgram: ...
 
     @abstractmethod
-    def set_program(self, text: str) -> None:
-        """End the running program and replace the program in the memory."""
+    def set_program(self, text: str) -> None: ...
 
     @abstractmethod
-    def reset(self) -> None:
-        """Restart the motor as at power-up."""
+    def reset(self) -> None: ...
 
     @abstractmethod
     def _act(self, why: int) -> None: ...
@@ -108,7 +104,6 @@ class Processor(Dispatcher, ABC):
         self.core.catch_up(changing=changing)
 
     def edges(self) -> int:
-        """Return the present count of edges at the inputs of the external encoder."""
         return self.axis.master.count + self.i[s.PIN_EDGES]
 
     def syntax_error(self, why: str = "") -> None:

@@ -31,18 +31,15 @@ class EncoderPin(UserPin):
 
     @property
     def shows_encoder(self) -> bool:
-        """True if the external encoder sets the level."""
         free = not self._holds and self._lead is None and self._stage is None and self._wired is None
         return free and self._master.plugged
 
     @property
     def restless(self) -> bool:  # type: ignore[override]  # it depends on what is wired to the pin
-        """True if the level is read on demand."""
         return self.shows_encoder
 
     @property
     def level(self) -> bool:
-        """The level at the pin, True for high."""
         return self._level_at(self._master.count) if self.shows_encoder else super().level
 
     def _level_at(self, count: int) -> bool:
@@ -78,7 +75,6 @@ class EncoderPin(UserPin):
         return end
 
     def refresh(self) -> None:
-        """Report a change of level to the subscribers of edges, and arm the next edge."""
         if self._edges:
             level = self.level
             changed, self._last = level is not self._last, level
@@ -167,7 +163,6 @@ class IndexLine(Pin):
         self._force(bool(level), rising=bool(level) and not before)
 
     def release(self) -> None:
-        """Stop forcing the level of the index line."""
         super().release()
         self._force(False, rising=False)
 
@@ -188,6 +183,5 @@ class IndexLine(Pin):
         return super().subscribe(callback)
 
     def show(self) -> None:
-        """Update the encoder's index signal after the shaft has reached or left the index mark."""
         if not self.driven:
             self._announce()

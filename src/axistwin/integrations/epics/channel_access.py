@@ -52,7 +52,6 @@ class Channel(ChannelData):
     put: Put | None = None
 
     def check_access(self, hostname: str, username: str) -> AccessRights:  # noqa: ARG002
-        """Return the access rights of a client."""
         return AccessRights.READ if self.put is None else AccessRights.READ | AccessRights.WRITE
 
     async def write_from_dbr(self, data: Any, data_type: Any, metadata: Any, **given: Any) -> None:
@@ -175,7 +174,6 @@ class _Circuit(VirtualCircuit):
     """A client's connection.  Updates are sent at once, and before the answer to a write that caused them."""
 
     def refuse(self, what: str, error: Exception) -> None:
-        """Disconnect a client that has sent an invalid message."""
         why = f"unknown number {error}" if isinstance(error, KeyError) else str(error).partition("\n")[0]
         self.drop(f"it sent an invalid {what}: {why}")
 
@@ -201,7 +199,6 @@ class _Circuit(VirtualCircuit):
             raise DisconnectedCircuit from None
 
     async def command_queue_loop(self) -> None:
-        """Process the messages of the client until it disconnects."""
         try:
             await super().command_queue_loop()
         except Exception as error:  # noqa: BLE001  # the library has accepted a message that it cannot answer
@@ -308,7 +305,6 @@ class ChannelAccess:
             os.environ.setdefault("EPICS_CAS_BEACON_ADDR_LIST", LOOPBACK)
 
     def add_motor(self, record: MotorRecord) -> None:
-        """Serve a motor record."""
         motor = _Motor(record)
         self._motors.append(motor)
         self._channels[record.name] = motor.channels["VAL"]
@@ -336,7 +332,6 @@ class ChannelAccess:
         self._channels[name] = channel
 
     async def run(self) -> None:
-        """Serve clients for ever."""
         for motor in self._motors:
             await motor.describe()
         context = _Context(self._channels, self._addresses)

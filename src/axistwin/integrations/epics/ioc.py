@@ -34,7 +34,6 @@ class Ioc:
 
     @property
     def names(self) -> list[str]:
-        """Names of all records."""
         return [*(motor.name for motor in self.motors), *self.points]
 
     @asynccontextmanager

@@ -96,7 +96,6 @@ class PvAccess:
         self._channels: dict[str, SharedPV] = {}
 
     def add_motor(self, record: MotorRecord) -> None:
-        """Serve a motor record."""
         motor = _Motor(record)
         self._motors.append(motor)
         self._channels[record.name] = motor.channels["VAL"].pv
@@ -104,7 +103,6 @@ class PvAccess:
             self._channels[called(record.name, name)] = channel.pv
 
     def add_point(self, name: str, point: Point) -> None:
-        """Serve a pin or a register."""
         field = Field(Kind.MENU, 0, NO_YES) if point.bit else Field(Kind.LONG, 0)
 
         async def put(value: Any) -> None:

@@ -30,7 +30,6 @@ def alarm_of(status: Status, error: str, failure: str) -> tuple[Alarm, str]:
 
 
 def status_bits(status: Status, *, busy: bool, forward: int, homed: bool) -> int:
-    """Return MSTA."""
     bits = {
         DIRECTION: forward,
         DONE: not busy,

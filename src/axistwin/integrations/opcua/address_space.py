@@ -42,7 +42,6 @@ class AddressSpace:
         self._attributes = server.iserver.attribute_service = Attributes(server.iserver)
 
     async def build(self, stations: list[Station]) -> None:
-        """Create the OPC UA nodes of all controllers."""
         self._index = await self.server.register_namespace(NAMESPACE)
         machinery = await self.server.register_namespace(MACHINERY)
         machines = await self.server.nodes.objects.add_folder(
@@ -87,7 +86,6 @@ class AddressSpace:
         return found
 
     async def publish(self, node: Node, kind: ua.VariantType, value: Any, code: int = GOOD) -> None:
-        """Set the value and the status code that clients read from an OPC UA variable."""
         variant = ua.Variant(value, kind, is_array=isinstance(value, list))
         await self.server.write_attribute_value(node.nodeid, stamped(variant, code))
 
@@ -145,7 +143,6 @@ class AxisNodes:
         self._last: Goal | None = None
 
     async def build(self, axes: Node, station: str, name: str) -> None:
-        """Create the nodes."""
         space, names = self._space, (station, "Axes", name)
         parent = await axes.add_object(ua.NodeId(f"{station}.{name}", space._index), f"{space._index}:{name}")
         core, per = self._axis.core, abs(self._scale.counts_per_unit)

@@ -39,7 +39,6 @@ class Attributes(AttributeService):
         ]
 
     async def write(self, params: ua.WriteParameters, *user: Any, **named: Any) -> list[ua.StatusCode]:
-        """Write each value, and return a status code for each one."""
         found = []
         for given in params.NodesToWrite:
             kind, write = self.writes.get(given.NodeId, (None, None))

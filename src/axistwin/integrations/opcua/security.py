@@ -86,7 +86,6 @@ class Guesses:
             raise ServiceError(ua.StatusCodes.BadUserAccessDenied)
 
     def note_wrong(self, address: str, user: str | None) -> None:
-        """Count a wrong password."""
         now_s, key = monotonic(), self._key(address, user)
         self._wrong = {known: each for known, each in self._wrong.items() if now_s < each[1] + MEMORY_S}
         number = self._wrong.pop(key, (0, 0.0))[0] + 1
@@ -100,7 +99,6 @@ class Guesses:
             )  # fmt: skip
 
     def note_right(self, address: str, user: str | None) -> None:
-        """Forget the wrong passwords of a user who has logged in."""
         self._wrong.pop(self._key(address, user), None)
 
     def _key(self, address: str, user: str | None) -> tuple[str, str | None]:
@@ -115,7 +113,6 @@ class Users:
 
     @property
     def names(self) -> Collection[str]:
-        """Names of all users."""
         return self._accounts.keys()
 
     def get_user(

@@ -23,7 +23,6 @@ class Picture(Element, component="picture.js"):
             self.on("act", self._clicked)
 
     def send(self) -> None:
-        """Send the changes of the drawing to the browser."""
         self._show(self.drawing.take())
 
     def _show(self, changes: list[Change]) -> None:

@@ -45,7 +45,6 @@ class Table3D:
         self.turn(0.0)
 
     def show(self, controller: Controller, trail: Trail, tool: str) -> None:
-        """Draw the tool at its present position, and the holes that the tool has made."""
         x, y = (self._place(which, controller.axes[name].position) for which, name in enumerate(self.names))
         z = -LIFT if tool and controller.pins[tool].level else 0.0
         if (x, y, z) != self._at:

@@ -21,7 +21,6 @@ class Reading:
 
     @property
     def difference(self) -> float:
-        """The value at cursor B minus the value at cursor A."""
         return self.b - self.a
 
 

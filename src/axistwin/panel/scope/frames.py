@@ -24,7 +24,6 @@ UNITS = ((S, "s"), (MS, "ms"), (US, "µs"), (1, "ns"))
 
 
 def frame(screen: Screen) -> dict[str, Any]:
-    """Return all data that the web browser needs to draw an oscilloscope screen."""
     from_ns, to_ns = screen.edges
     base_ns, unit_ns, unit = _axis(from_ns, to_ns)
     return {

@@ -51,7 +51,6 @@ class Recorder:
         self._recorded: list[Signal] = []
 
     def attach(self, bench: Bench) -> None:
-        """Begin a new record for this bench."""
         self._stack.close()
         self._bench, self._tracer, self._recorded = bench, None, []
         self.signals = {signal.full: signal for signal in catalogue(bench)}
@@ -78,7 +77,6 @@ class Recorder:
             self._follow_wishes()
 
     def catch_up(self) -> Record:
-        """Record all changes up to the present time, and return the record."""
         if self._tracer is not None and self._bench is not None:
             self._tracer.show_present()
             self.record.now_ns = self._bench.now

@@ -109,7 +109,6 @@ class Screen:
             self.frozen.begins |= {name: added.begins[name] for name in added.tracks}
 
     def move_lane(self, place: int, to: int) -> None:
-        """Move the lane at an index to another index."""
         names = list(self.names)
         if 0 <= place < len(names):
             name = names.pop(place)
@@ -120,17 +119,14 @@ class Screen:
 
     @property
     def record(self) -> Record:
-        """The record that the screen shows."""
         return self.frozen or self.recorder.record
 
     @property
     def tracks(self) -> dict[str, Track]:
-        """The shown signals by name."""
         return {name: self.record.tracks[name] for name in self.names if name in self.record.tracks}
 
     @property
     def edges(self) -> tuple[int, int]:
-        """Start time and end time of the screen's time axis."""
         if self.frozen is not None:
             return self._to_ns - self.span_ns, self._to_ns
         self._find_last()
@@ -152,7 +148,6 @@ class Screen:
             self.frozen = self.recorder.frozen(self.names)
 
     def live(self) -> None:
-        """Show live data again, and arm the trigger."""
         self.frozen = None
         self.arm()
 
@@ -183,19 +178,16 @@ class Screen:
         return max((self.record.begins.get(name, 0) for name in self.tracks), default=0)
 
     def fit(self) -> None:
-        """Zoom out so that the screen shows the whole recording."""
         self.span_ns = min(max(self.record.now_ns, SHORTEST_NS), LONGEST_NS)
         self._to_ns = self.span_ns
 
     # Trigger
 
     def arm(self) -> None:
-        """Arm the trigger for the next edge of the trigger signal."""
         self.hit_ns, self._searched_ns = None, self.recorder.record.now_ns
 
     @property
     def waiting(self) -> bool:
-        """True while the oscilloscope waits for an edge of the trigger signal."""
         return self.trigger.mode != OFF and self.frozen is None and (self.hit_ns is None or self._auto_has_timed_out)
 
     @property

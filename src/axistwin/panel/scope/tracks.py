@@ -55,7 +55,6 @@ class Rows(NamedTuple):
     """Integral of the value from `begin` to `end`, in value × ns."""
 
     def cut(self, part: slice) -> "Rows":
-        """Return the part of the rows that a slice selects."""
         begin, end, *values = self
         return Rows(begin[part], end[part], *(column[part] for column in values))
 
@@ -107,7 +106,6 @@ class Track:
 
     @property
     def nbytes(self) -> int:
-        """Memory size of this signal's history, in bytes."""
         older = sum(column.nbytes for rows in self._older for column in rows)
         return self._times.nbytes + self._values.nbytes + older
 
@@ -129,7 +127,6 @@ class Track:
         return len(times) > 0
 
     def interrupt(self, time_ns: int) -> None:
-        """Mark the value of the signal as unknown from `time_ns` onwards."""
         self.add(np.array([time_ns], np.int64), np.array([np.nan]))
 
     def rows(self, from_ns: int, to_ns: int) -> Rows:
@@ -142,7 +139,6 @@ class Track:
         return joined([_slice(part, from_ns, to_ns) for part in parts if len(part.begin)] or [NOTHING])
 
     def frozen(self) -> Self:
-        """Return a copy that later changes do not affect."""
         copy = type(self).__new__(type(self))
         copy.__dict__ |= self.__dict__
         copy._times, copy._values = self._times[: self._size].copy(), self._values[: self._size].copy()
@@ -223,7 +219,6 @@ class Words(Track):
 
     @property
     def exact_ns(self) -> int:
-        """Time after which all texts are stored."""
         return max(super().exact_ns, self._forgotten_ns)
 
     def say(self, times: Times, texts: list[bytes]) -> bool:
@@ -239,7 +234,6 @@ class Words(Track):
         return self.changes[place][1] if place >= 0 else ""
 
     def frozen(self) -> Self:
-        """Return a copy that later changes do not affect."""
         copy = super().frozen()
         copy.changes, copy.begins, copy.messages = list(self.changes), list(self.begins), list(self.messages)
         return copy

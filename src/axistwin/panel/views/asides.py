@@ -161,7 +161,6 @@ class PanelRemedies(Remedies):
         return f"a fault holds {pin}: press mend in the list of faults"
 
     def address(self, number: int) -> str:
-        """Return the address byte to type, in the notation of the panel's terminals."""
         return f"type  \\x{0x80 + number:02x}"
 
     def power(self, *words: str) -> str:

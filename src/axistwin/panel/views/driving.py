@@ -40,7 +40,6 @@ SELDOM = 10
 
 
 def driving(context: Context) -> Refresh:
-    """Build the toolbars that control virtual time."""
     with ui.row().classes("driving").props('role=toolbar aria-label="driving"'):
         ui.label("VIRTUAL").classes("virtual").tooltip("There is no hardware here")
         show_clock = _clock(context)

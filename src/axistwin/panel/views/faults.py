@@ -68,7 +68,6 @@ def _ambient(context: Context, name: str) -> Refresh:
 
 
 def faults(context: Context) -> Refresh:
-    """Build the list of faults, and the form to inject a fault."""
     shown = _list(context)
     with drawer(context, "faults form", "Inject a fault"):
         _Form(context)

@@ -17,7 +17,6 @@ _TYPED = re.compile(r"(type  )?:drive (\w+) (?:high|low)")
 
 
 def lessons(context: Context, name: str, asides: Asides) -> Refresh:
-    """Build the menu of lessons, and the task of the present lesson."""
     return _View(context, name, asides).refresh
 
 

@@ -13,7 +13,6 @@ OTHER = {"high": "low", "low": "high"}
 
 
 def operator(context: Context) -> Refresh:
-    """Build the operator panel of the session's scene."""
     panel = context.session.operator
     ui.label("Operator panel").classes("machine-name")
     with ui.element("div").classes("operator"):

@@ -38,7 +38,6 @@ class Light(TextElement):
         self.props["aria-label"] = f"{name}: off"
 
     def show(self, on: bool) -> None:
-        """Switch the lamp on or off."""
         if on is not self.lit:
             self.lit = on
             self.classes(**{"add" if on else "remove": "lit"})
@@ -55,7 +54,6 @@ class Key(TextElement):
         self.on("click", lambda: press(), [])
 
     def show(self, pressed: bool) -> None:
-        """Show the button as pressed or released."""
         word = "true" if pressed else "false"
         if self.props["aria-pressed"] != word:
             self.props["aria-pressed"] = word
@@ -84,7 +82,6 @@ class Readout(LiveText):
                 ui.label(unit).classes("told-unit")
 
     def show(self, text: str, tone: Tone = Tone.PLAIN) -> None:
-        """Change the text and the colour of the readout."""
         self.text = text
         if tone is not self._tone:
             self.classes(add=f"told-{tone.value}", remove=f"told-{self._tone.value}")

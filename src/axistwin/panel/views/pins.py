@@ -22,7 +22,6 @@ GENTLY = 0.2
 
 
 def pins(context: Context, name: str) -> Refresh:
-    """Build the controls for all inputs of a controller."""
     controller = context.bench[name]
     possible = targets(controller)
     shown: list[Refresh] = []
@@ -37,7 +36,6 @@ def pins(context: Context, name: str) -> Refresh:
 
 
 def inputs(controller: Controller) -> list[list[str]]:
-    """Return, for each terminal that an operator can drive, the list of its names."""
     found: dict[Pin, list[str]] = {}
     for name, pin in controller.pins.items():
         if pin.drivable:

@@ -28,7 +28,6 @@ SELDOM = 4
 
 
 def program(context: Context, name: str) -> Refresh:
-    """Build the view of the programs of one controller."""
     return seldom(context, SELDOM, _View(context, name).refresh)
 
 

@@ -219,7 +219,6 @@ def _list(screen: Screen) -> None:
 
 
 def trigger(screen: Screen) -> Refresh:
-    """Build the controls of the oscilloscope's trigger."""
     settings = screen.trigger
     with ui.row().classes("scope-row"):
         refresh_mode = _mode(screen)
@@ -294,7 +293,6 @@ def activate(screen: Screen, which: str) -> None:
 
 
 def clear_cursors(screen: Screen) -> None:
-    """Remove both cursors from the oscilloscope screen."""
     screen.cursors.set("b", None)
     screen.cursors.set("a", None)
 

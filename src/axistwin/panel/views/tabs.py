@@ -12,7 +12,6 @@ Kinds = dict[str, Callable[[], Refresh]]
 
 
 def tabs(context: Context, name: str, kinds: Kinds) -> Refresh:
-    """Build tabs, and open the tab that this user has opened last."""
     made: dict[str, Refresh | None] = {}
     setting = f"tab {name}"
     wanted = str(context.person.settings.get(setting, ""))

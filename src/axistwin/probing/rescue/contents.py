@@ -59,6 +59,5 @@ class Reader:
 
 
 def reader(model: str) -> Reader:
-    """Return the family's part of a rescue."""
     found: Reader = import_module(f"{__package__}.{FAMILIES[product(model).model]}").READER
     return found

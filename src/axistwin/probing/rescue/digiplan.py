@@ -78,7 +78,6 @@ def _format(exchange: Exchange, end: bytes) -> str:
 
 
 def restore(contents: Contents, new: Contents) -> Restoring:
-    """Return the levels of the inputs."""
     changed = int(contents.values["I"]) ^ int(new.values["I"])
     now = int(contents.values["I"])
     return Restoring(
@@ -91,7 +90,6 @@ def restore(contents: Contents, new: Contents) -> Restoring:
 
 
 def start(bench: Bench, contents: Contents) -> None:
-    """Initialise the interface with the data format of the contents."""
     (controller,) = bench.controllers.values()
     port = controller.serial
     wanted = port.host.format

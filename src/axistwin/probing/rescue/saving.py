@@ -35,7 +35,6 @@ class Rescue:
     """Value of the controller and of the twin, by name."""
 
     def as_dict(self) -> dict[str, Any]:
-        """Return the rescue as data for a JSON file."""
         return {
             "model": self.found.model, "line": None if self.found.line is None else str(self.found.line),
             "values": self.contents.values, "depends on the machine": sorted(self.contents.depends),
@@ -121,7 +120,6 @@ def _scene(found: Found, contents: Contents) -> dict[str, str]:
 
 @cache
 def new(model: str) -> Contents:
-    """Return the contents of a new controller."""
     bench = Bench()
     end = VirtualEnd(bench, bench.add(model))
     family = reader(model)

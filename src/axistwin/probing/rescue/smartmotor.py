@@ -107,7 +107,6 @@ def _block(answer: bytes) -> bool:
 
 
 def restore(contents: Contents, new: Contents) -> Restoring:
-    """Return program, variables and levels of the inputs."""
     found = Restoring()
     values = contents.values
     if contents.program:

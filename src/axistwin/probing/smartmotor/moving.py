@@ -54,7 +54,6 @@ RETURN
 
 
 def moves(commands: Mapping[str, Instruction]) -> list[Case]:
-    """Return the test cases that move the shaft or switch outputs."""
     return [*_small(commands), *_limits(commands), *_pins(commands), *_bare(commands), *_at_the_end(commands)]
 
 

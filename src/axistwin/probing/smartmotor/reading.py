@@ -22,7 +22,6 @@ DYNAMIC = ("RCLK", "RTEMP")
 
 
 def readings(commands: Mapping[str, Instruction], firmware: str) -> list[Case]:
-    """Return the test cases for reports, settings, variables and wrong commands."""
     return [*_reports(commands), *_settings(commands), *_variables(commands), *_wrong(commands, firmware)]
 
 

@@ -39,7 +39,6 @@ class HalBoard(Board):
     # Functions that process messages from the HAL component in LinuxCNC
 
     def receive(self, report: Mapping[str, Any]) -> None:
-        """Process a report of the HAL component."""
         if "error" in report:
             self.fail(report["error"])
         elif "ready" in report:
@@ -111,7 +110,6 @@ class HalBoard(Board):
         self.commands.append({"setup": self.wiring.setup()})
 
     def shut_down(self) -> None:
-        """Switch all drives off and end the HAL component."""
         self.state = State.FAILED
         self.commands.append({"end": True})
 

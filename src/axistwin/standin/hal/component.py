@@ -80,12 +80,10 @@ class Motion:
         self._report_s = 0.0
 
     def positions(self, axes: "list[Axis] | None" = None) -> dict[str, int]:
-        """Return the positions of the motors, read from their feedback pins."""
         chosen = self.axes.values() if axes is None else axes
         return {axis.name: round(self.pins[f"{axis.name}.position-fb"]) for axis in chosen}
 
     def command(self, given: dict[str, Any], now_s: float) -> None:
-        """Execute a command that axistwin has sent."""
         if "begin" in given:
             self.begun = True
             for axis in self.axes.values():
@@ -192,7 +190,6 @@ class Motion:
 
 
 def make_pins(hal: Any, component: Any, setup: dict[str, Any]) -> None:
-    """Create the pins of the HAL component."""
     component.newpin("heartbeat", hal.HAL_BIT, hal.HAL_OUT)
     for axis in setup["axes"]:
         for pin in ("position-cmd", "velocity-cmd"):
@@ -223,7 +220,6 @@ def lines(pipe: int) -> Iterator[str | None]:
 
 
 def report(given: dict[str, Any]) -> None:
-    """Write a report."""
     sys.stdout.write(json.dumps(given) + "\n")
     sys.stdout.flush()
 

@@ -28,7 +28,6 @@ class HalWiring(Wired):
     file: Path | None = None
 
     def used(self) -> Iterator[tuple[str, str]]:
-        """Yield the name and a description of each pin of the HAL component."""
         yield f"{COMPONENT}.heartbeat", "bit out, changes every millisecond"
         for axis in self.axes:
             for pin, use in AXIS_PINS:
@@ -46,7 +45,6 @@ class HalWiring(Wired):
         super().check()
 
     def setup(self) -> dict[str, Any]:
-        """Return the command that sets up the HAL component."""
         stops = {given.to: given.stops_at for given in self.inputs if given.stops is not None}
         return {
             "axes": [axis.axis for axis in self.axes],

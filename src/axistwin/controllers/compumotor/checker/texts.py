@@ -69,7 +69,6 @@ class Words:
         return data.ljust(language.LONGEST, b"\0") if data else b""
 
     def explain(self, command: bytes) -> str:
-        """Return the name of a command and its values, as text."""
         found = language.decode(self.commands, command)
         return "means nothing" if found is None else _sentence(found[0].name, _values(found[0].fields, command[1:]))
 

@@ -24,14 +24,12 @@ class Joystick:
         ]
 
     def close(self) -> None:
-        """Disable the joystick and stop observing its pins, at power-off."""
         for unsubscribe in self._unsubscribe:
             unsubscribe()
         self.enabled = False
 
     @property
     def moving(self) -> bool:
-        """True while the joystick is enabled and moves the motor."""
         return self.enabled and not self._pins["at_zero"].level
 
     def enable(self, disabled: Event) -> None:
@@ -42,7 +40,6 @@ class Joystick:
         self._update()
 
     def disable(self) -> None:
-        """End the control of the motor by the joystick."""
         self.enabled = False
         self._pins["remote_acknowledge"].set(False)
         self._update()

@@ -75,13 +75,11 @@ class Library:
         return self.default if number == 0 else self._moves.get(number)
 
     def define(self, number: int, move: Move) -> None:
-        """Define a move, or replace its definition."""
         self._moves[number] = move
         self._idle_ns = max(self._idle_ns, self.clock.now) + self.calculation_ns
         self._ready_ns[number] = self._idle_ns
 
     def delete(self, number: int) -> None:
-        """Delete a move if it is defined."""
         self._moves.pop(number, None)
         self._ready_ns.pop(number, None)
 

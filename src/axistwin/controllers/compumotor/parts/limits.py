@@ -20,7 +20,6 @@ class Limits:
         self._unsubscribe = [pin.subscribe(partial(self._changed, side)) for side, pin in self._pins.items()]
 
     def close(self) -> None:
-        """Stop observing the limit inputs, at power-off."""
         for unsubscribe in self._unsubscribe:
             unsubscribe()
         self._changes = dict.fromkeys(self._pins, -1)

@@ -25,7 +25,6 @@ class Outputs:
             self.write(number + 2, True)
 
     def write(self, bit: int, level: bool) -> None:
-        """Set or clear one of the five output bits."""
         if bit >= USER_BITS:
             number = bit - 2
             self.programmed = self.programmed & ~(1 << number) | level << number
@@ -51,6 +50,5 @@ class Outputs:
         return bool(self._tracked) and any(shown == state for shown, _ in self._tracked.values())
 
     def refresh(self) -> None:
-        """Update the bits that show a state."""
         for bit, (state, active_high) in self._tracked.items():
             self.write(bit, self._states[state]() is active_high)

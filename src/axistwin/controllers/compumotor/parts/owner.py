@@ -26,7 +26,6 @@ class Owner:
         self.singular = self._clock.process(self._perform(procedure, ended))
 
     def end(self) -> None:
-        """Discontinue the SINGULAR command."""
         if self.singular is not None:
             interrupt(self.singular)
 

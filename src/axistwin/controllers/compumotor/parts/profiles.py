@@ -77,7 +77,6 @@ def changed(rate: Fraction, before: VelocityRange, speed: Speed) -> VelocityProf
 
 
 def stopping(rate: Fraction, speed: Speed) -> VelocityProfile:
-    """Return the ramp from the present velocity to zero velocity."""
     base = min(speed.base, rate)
     last = (Segment(base, UPDATE),) if 0 < base < rate else ()
     ramp = _between(rate, base, speed, speed.range.resolution)

@@ -87,12 +87,10 @@ class PulseGenerator:
 
     @property
     def moving(self) -> bool:
-        """True while the velocity is not zero."""
         return self.phase is not Phase.REST
 
     @property
     def ending(self) -> bool:
-        """True while the motor decelerates to rest."""
         return self.phase is Phase.DECELERATING and self.velocity_profile.timetable[-1][1] is Phase.REST
 
     @property
@@ -117,7 +115,6 @@ class PulseGenerator:
 
     @property
     def rate(self) -> Fraction:
-        """The step rate in pulses per second."""
         return self._output.rate_at(self._elapsed_ns) if self.moving else Fraction(0)
 
     def ns_until(self, pulses: int) -> int:
@@ -215,7 +212,6 @@ class PulseGenerator:
         self._begin(one_pulse(since_ns))
 
     def leave_zero(self) -> None:
-        """Begin a new excursion under joystick control."""
         self._excursion_origin = self.position
         self._pulse_ns = None
 

@@ -81,11 +81,9 @@ class Sequencer:
 
     @property
     def running(self) -> bool:
-        """True while a sequence is performed or suspended."""
         return self.process is not None and self.process.is_alive
 
     def start(self, number: int, procedure: Procedure) -> None:
-        """Perform a sequence from its first command."""
         self.number, self.at = number, 0
         self.process = self.clock.process(procedure)
 

@@ -55,7 +55,6 @@ class Setting:
 
     @property
     def parameters(self) -> bytes:
-        """Parameter bytes of the command with which the host entered the streaming mode."""
         rate = self.period_ms.to_bytes(2, "big") if self.period_ms else b""
         return bytes([self.base, self.divisor]) + self.alarm.to_bytes(4, "big") + rate
 
@@ -85,17 +84,14 @@ class Stream:
 
     @property
     def performing(self) -> bool:
-        """True while the board outputs the contents of the streaming buffer."""
         return self.process is not None
 
     @property
     def free(self) -> int:
-        """Number of free bytes in the streaming buffer."""
         return self._memory - self._used
 
     @property
     def empty(self) -> bool:
-        """True if the streaming buffer has no entries."""
         return not self._entries
 
     def enter(self, setting: Setting | None) -> None:
@@ -104,7 +100,6 @@ class Stream:
         self.clear()
 
     def clear(self) -> None:
-        """Remove all entries from the streaming buffer."""
         self._entries.clear()
         self._used, self._alarm_on = 0, False
 
@@ -123,7 +118,6 @@ class Stream:
         return None
 
     def take(self) -> Entry:
-        """Remove and return the first entry of the streaming buffer."""
         entry = self._entries.popleft()
         self._used -= WORD * len(entry)
         self.alarm(self._used)
@@ -150,7 +144,6 @@ class Stream:
             self._send(self.setting.mode, self.setting.parameters)
 
     def start(self, procedure: Procedure) -> None:
-        """Begin to output the contents of the streaming buffer."""
         self.process = self._clock.process(procedure)
         self._refresh()
 

@@ -142,7 +142,6 @@ class Tracking:
         return pulses * encoder - counts * motor
 
     def _teeth(self, difference: int) -> int:
-        """Return the slip, less the backlash, in rotor teeth."""
         assert self.ratio is not None and self.resolution and self.teeth
         encoder = self.ratio[1]
         beyond = difference - (self.sigma or 0) * encoder
@@ -155,7 +154,6 @@ class Tracking:
 
     @property
     def watches(self) -> bool:
-        """True while the board checks the present move for a stall."""
         return self.ended is None and self.reference is not None and self.detects_stalls
 
     @property
@@ -184,18 +182,15 @@ class Tracking:
 
     @property
     def maintains(self) -> bool:
-        """True if position maintenance is on and its parameters allow corrections."""
         law = self.law
         return self.on and self.ratio is not None and law is not None and bool(law.gain and law.maximum)
 
     @property
     def owns_motion(self) -> bool:
-        """True if the present or most recent motion is a correction."""
         return self._pulses.velocity_profile is self.correction
 
     @property
     def correcting(self) -> bool:
-        """True while the motor corrects a position error."""
         return self._pulses.moving and self.owns_motion
 
     def give_way(self) -> None:

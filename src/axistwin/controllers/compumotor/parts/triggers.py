@@ -27,13 +27,11 @@ class Triggers:
         self._unsubscribe = [pin.subscribe(partial(self._changed, number)) for number, pin in pins.items()]
 
     def close(self) -> None:
-        """Stop observing the trigger inputs, at power-off."""
         for unsubscribe in self._unsubscribe:
             unsubscribe()
         self.clear()
 
     def clear(self) -> None:
-        """Remove all functions and all waits for triggers."""
         self._functions.clear()
         self._edges.clear()
 
@@ -52,7 +50,6 @@ class Triggers:
         return None
 
     def drop(self, opcode: int) -> None:
-        """Switch the functions of this opcode off."""
         self._functions = {t: f for t, f in self._functions.items() if f[0] != opcode}
 
     def edge(self, trigger: int) -> Event:

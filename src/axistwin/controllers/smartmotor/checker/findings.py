@@ -19,30 +19,24 @@ class Findings:
         self.found: list[Diagnostic] = []
 
     def report(self, rule: Rule, number: int, message: str, fix: Fix | None = None) -> None:
-        """Add a diagnostic about a statement to the list `found`."""
         self.found.append(diagnose(rule, self.text(number), message, fix=fix))
 
     def problem(self, number: int, problem: Problem, fix: Fix | None = None) -> None:
-        """Add a diagnostic about an error that the parser has found in a statement."""
         self.found.append(located(self.characters, *self.program.places[number][2:], problem, fix))
 
     def text(self, number: int) -> Sequence[Sent]:
-        """Return the text of a statement."""
         place = self.program.places[number]
         return self.characters[place.begin : place.end]
 
     def line(self, number: int) -> int:
-        """Return the line number of a statement."""
         return self.characters[self.program.places[number].begin].line
 
     def all(self, *words: str) -> Iterator[tuple[int, Statement]]:
-        """Yield the numbers of all statements with these keywords."""
         for number, keyword in enumerate(self.words):
             if keyword in words:
                 yield number, self.statements[number]
 
     def has(self, *words: str) -> bool:
-        """True if the program contains any of the given keywords."""
         return any(True for _ in self.all(*words))
 
     def sets_function(self, bit: int) -> bool:

@@ -41,7 +41,6 @@ class Flow:
 
     @cached_property
     def main(self) -> Routine:
-        """The routine that begins at the top of the program."""
         return self.routine(None)
 
     @cached_property
@@ -60,7 +59,6 @@ class Flow:
         return {None: self.main, **{label: self.routine(label) for label in self.program.labels}}
 
     def routine(self, label: int | None) -> Routine:
-        """Return the routine that begins at a label."""
         made = Routine(label)
         waiting = [0 if label is None else self.program.labels[label]]
         while waiting:

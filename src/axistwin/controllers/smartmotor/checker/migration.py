@@ -19,7 +19,6 @@ BRAKE_PINS = {"BRKC": "C", "BRKG": "G"}
 
 
 def check(findings: Findings) -> None:
-    """Apply the rules for programs of older firmware."""
     _limits(findings, Flow(findings))
     _direction(findings)
     _faults_end_programs(findings)

@@ -78,7 +78,6 @@ def best(function: F) -> F:
 
 
 def view(numbers: "array[int] | array[float]") -> Any:
-    """Convert an array to the type that compiled functions need."""
     import numpy as np  # lazy import: NumPy is needed only for compiled code
 
     return np.frombuffer(numbers, numbers.typecode)

@@ -41,7 +41,6 @@ BEFORE_SAMPLE = STATEMENT_WAITS | VALUE_WAITS | CALL_WAITS
 
 @sampled
 def statements(i: Ints, v: Ints, stack: Ints, code: Sequence[int]) -> int:
-    """Execute the statements of one sample."""
     if i[s.PENDING] and i[s.PROGRAM] == s.STOPPED:
         return CALL_WAITS
     while i[s.BUDGET] > 0 and i[s.PROGRAM] == s.RUNNING and i[s.SAMPLE] + 1 >= i[s.WAIT_UNTIL]:

@@ -79,7 +79,6 @@ def following(
 
 
 def last_values(log: "array[int]") -> dict[tuple[int, int], int]:
-    """Return the last value of each number in this log."""
     heads = range(HEAD, head(log).stop, NUMBER)
     return {(log[at], log[at + 1]): log[at + 2] for at in heads}
 
@@ -94,7 +93,6 @@ class Snapshot:
         )
 
     def changed(self, i: Ints, v: Ints, log: "array[int]") -> tuple[list[int], list[int]]:
-        """Return the changed numbers and their values now, and update the log."""
         now = array("q", [computed(i, place) for place in self._computed])
         now.extend([i[place] for place in self._slots])
         now.extend([v[place] for place in self._variables])

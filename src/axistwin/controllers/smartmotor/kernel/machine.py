@@ -145,7 +145,6 @@ def set_torque(f: Floats, newton_metres: float) -> None:
 
 
 def set_jam(f: Floats, on: bool) -> None:
-    """Jam or free the shaft."""
     f[JAM] = inf if on else 0.0
 
 

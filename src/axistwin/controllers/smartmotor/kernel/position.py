@@ -19,7 +19,6 @@ def position(i: Ints) -> int:
 
 @sampled
 def commanded_shaft(i: Ints) -> int:
-    """Return the commanded position of the shaft in the machine's coordinates."""
     return i[DIRECTION] * ((i[COMMANDED] >> 16) - i[ORIGIN])
 
 

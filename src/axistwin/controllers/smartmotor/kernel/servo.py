@@ -80,7 +80,6 @@ def amps_after(f: Floats, settled: float) -> float:
 
 @sampled
 def clipped_amps(f: Floats, amps: float) -> float:
-    """Limit a current to the peak current of the amplifier."""
     return min(max(amps, -f[m.PEAK_AMPS]), f[m.PEAK_AMPS])
 
 

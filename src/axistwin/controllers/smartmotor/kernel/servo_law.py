@@ -59,7 +59,6 @@ def output(i: Ints, error: int) -> int:
 
 @sampled
 def clipped(value: int, limit: int) -> int:
-    """Limit a value to the range from -limit to +limit."""
     if value > limit:
         return limit
     if value < -limit:

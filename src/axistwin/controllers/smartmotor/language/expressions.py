@@ -80,7 +80,6 @@ class Computed:
     taken: tuple[str, ...] = ()  # Pins whose level the expression assigns to a variable (manual, section 5.1, note 2).
 
     def fetch(self, motor: Processor) -> None:
-        """Fetch the external values of the operand into the hidden variables."""
         for number, fetch in enumerate(self.fetches):
             motor.v[s.HIDDEN + number] = fetch(motor)
 
@@ -91,7 +90,6 @@ class Expression(Computed):
 
     @cached_property
     def constant(self) -> int | None:
-        """The value of the expression if the expression is constant, otherwise None."""
         known = len(self.code) == 3 and self.code[0] == ops.CONSTANT
         return self.code[1] if known else None
 

@@ -41,7 +41,6 @@ class Instruction(Command):
 
     @property
     def syntax(self) -> str:
-        """The syntax of the command, as the documentation shows it."""
         if self.written:
             return self.written
         code = str(self.code)

@@ -96,7 +96,6 @@ class Decoder:
             self._decode(max(self._rest.rfind(end) for end in "\n\r\0") + 1)
 
     def result(self) -> tuple[str, bool]:
-        """The whole text, and True if the sums in its header are right."""
         self._begin(whole=True)
         self._decode(len(self._rest))
         text = "".join(self._lines)
@@ -161,7 +160,6 @@ ENDS = ("ENDIF", "LOOP", "ENDS")
 
 
 def _part(block: _Block, place: int, word: str, behind: int) -> Iterator[tuple[int, int]]:
-    """Yield those jumps of a block whose targets become known at this word."""
     if block.waiting is not None:
         yield block.waiting, behind if word in (*ENDS, "ELSE") else place
     block.waiting = None if word == "ELSE" else place

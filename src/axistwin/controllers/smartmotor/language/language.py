@@ -88,7 +88,6 @@ class Statement:
 
     @cached_property
     def read_only(self) -> bool:
-        """True for a report that changes nothing."""
         handler = self.command.handler if self.command is not None else None
         asked = {name for part in self.computed for name in part.names}
         if isinstance(handler, partial):
@@ -127,7 +126,6 @@ def command(text: str) -> Statement:
 
 @lru_cache(maxsize=4096)
 def read(text: str) -> Statement:
-    """Parse the text of a statement, including statements that are valid only in a program."""
     found: Instruction | None = None
     try:
         found, begin = _find(text)

@@ -60,5 +60,4 @@ def _extended(text: str, begin: int, end: int) -> int:
 
 
 def line_begins(text: str) -> list[int]:
-    """Return the index at which each line of a text begins."""
     return [0, *(match.end() for match in _line_end.finditer(text))]

@@ -106,7 +106,6 @@ class Compilation:
         return self._program is not None
 
     def result(self) -> Program:
-        """Complete the compilation, and return the program."""
         while not self.step():
             pass
         assert self._program is not None

@@ -24,12 +24,10 @@ class Words:
 
     @property
     def begun(self) -> bool:
-        """True if an incomplete command has been received."""
         return bool(self._text or self._list)
 
     @property
     def text(self) -> str:
-        """The incomplete command, as far as it is received."""
         return " ".join([*self._list, self._text.decode("ascii")])
 
     def forget(self) -> str:
@@ -41,7 +39,6 @@ class Words:
         return text
 
     def drop(self) -> None:
-        """Ignore the characters up to the next terminator."""
         self._dropping = True
 
     def take(self, byte: int) -> None:

@@ -48,8 +48,7 @@ FLAGS = {ChannelError.OVERFLOW: s.BC, ChannelError.FRAMING: s.BF, ChannelError.S
 class Transfer(Protocol):
     """A download or an upload, which receives the characters of a channel instead of the command parser."""
 
-    def take(self, byte: int) -> None:
-        """Handle a received character."""
+    def take(self, byte: int) -> None: ...
 
     def spoil(self) -> None:
         """Handle a character that was received with an error, e.g. a wrong parity."""
@@ -69,8 +68,7 @@ class Dispatcher(Protocol):
     def update_outputs(self) -> None:
         """Update the output signals of the motor after a change of the motor's state."""
 
-    def execute(self, channel: "Channel", text: str) -> None:
-        """Execute a command of the host."""
+    def execute(self, channel: "Channel", text: str) -> None: ...
 
     def report_refused(self, channel: "Channel", text: str, why: str) -> None:
         """Report a command of the host that is not executed.  `why`: as in `Refusal`."""
@@ -78,8 +76,7 @@ class Dispatcher(Protocol):
     def execute_record(self, code: int, value: int) -> None:
         """Execute a binary record: a point of host mode, or A, V or P."""
 
-    def report_host_mode(self, channel: "Channel") -> None:
-        """Send the status of host mode."""
+    def report_host_mode(self, channel: "Channel") -> None: ...
 
 
 class Channel:
@@ -106,13 +103,11 @@ class Channel:
         uart.on_receive, uart.on_idle = self.receive, self._idle
 
     def close(self) -> None:
-        """Stop receiving and sending, because the motor is switched off."""
         self.shut()
         self.transfer = None
         self.uart.on_receive, self.uart.on_idle = lambda byte, errors: None, lambda: None
 
     def receive(self, byte: int, errors: LineError) -> None:
-        """Receive a character, and handle its line errors, such as a wrong parity."""
         if not self.open:
             return
         self.received = True
@@ -153,7 +148,6 @@ class Channel:
         self.motor.update_outputs()
 
     def end_transfer(self) -> None:
-        """End a download or upload, so that received characters are commands again."""
         self.transfer = None
         self._words.forget()
 
@@ -298,7 +292,6 @@ class Channel:
         return len(self.uart.queue) > TRANSMITTER
 
     def when_empty(self, action: Callable[[], None]) -> None:
-        """Call `action` once, as soon as all characters in the output queue have been sent."""
         self._when_empty = action
 
     def _idle(self) -> None:

@@ -127,8 +127,7 @@ class Upload:
             self.channel.end_transfer()
             self.channel.take(byte)
 
-    def spoil(self) -> None:
-        """Ignore a byte with a line error."""
+    def spoil(self) -> None: ...
 
     def _send(self) -> None:
         block, self._rest = self._rest[:UPLOAD_BLOCK], self._rest[UPLOAD_BLOCK:]
