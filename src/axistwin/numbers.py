@@ -9,8 +9,7 @@ from decimal import Decimal, InvalidOperation
 
 from axistwin.errors import UsageError
 
-MOST_CHARACTERS = 100
-"""Maximum length of a number; a 64-bit number in binary has 64 characters, the longest float 24."""
+MOST_CHARACTERS = 100  # Maximum length of a number; a 64-bit number in binary has 64 characters, the longest float 24.
 LOWEST, HIGHEST = -(1 << 63), (1 << 63) - 1
 """The range of whole numbers: 64 bits, as in TOML, in traces and in Parquet."""
 _SHOWN = 40
@@ -22,8 +21,7 @@ class NumberError(UsageError, ValueError):
 
     def __init__(self, message: str, path: Path = ()) -> None:
         super().__init__(message)
-        self.path = path
-        """Place of the number in a table: its keys and list indexes."""
+        self.path = path  # Place of the number in a table: its keys and list indexes.
 
 
 def clipped(text: str) -> str:

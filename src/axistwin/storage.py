@@ -16,19 +16,14 @@ from axistwin.errors import AxistwinError, UsageError, reason
 
 LOCK, HOLDER = ".axistwin.lock", ".axistwin.holder"
 """Files of a state directory: the lock, and its holder (process number, blank, the program's name)."""
-MOST_BYTES = 1 << 20
-"""Maximum size of a controller's memory file."""
-FULL = {ENOSPC, EDQUOT, EIO, EFBIG}
-"""Error numbers of a full or broken disk."""
+MOST_BYTES = 1 << 20  # Maximum size of a controller's memory file.
+FULL = {ENOSPC, EDQUOT, EIO, EFBIG}  # Error numbers of a full or broken disk.
 LONGEST = 80
-STANDARD_INPUT = Path("-")
-"""This object, and no equal path, stands for the standard input."""
+STANDARD_INPUT = Path("-")  # This object, and no equal path, stands for the standard input.
 MARKS = {codecs.BOM_UTF8: "utf-8-sig", codecs.BOM_UTF16_LE: "utf-16", codecs.BOM_UTF16_BE: "utf-16"}
 """Byte order marks with their encodings."""
-DOS, WINDOWS = "cp850", "latin-1"
-"""Encodings of old texts.  Code page 437 has the letters of 850 in the same places."""
-TYPOGRAPHIC = {0x84, *range(0x91, 0x98)}
-"""Bytes of quotation marks, a bullet and dashes in code page 1252 of Windows."""
+DOS, WINDOWS = "cp850", "latin-1"  # Encodings of old texts.  Code page 437 has the letters of 850 in the same places.
+TYPOGRAPHIC = {0x84, *range(0x91, 0x98)}  # Bytes of quotation marks, a bullet and dashes in code page 1252 of Windows.
 
 _log = getLogger("axistwin.state")
 
@@ -64,14 +59,12 @@ class FileStore:
         self.path = path
         self._directory = _state_directory(path.parent)
         _sweep(path)
-        self.found = self._read()
-        """Contents of the file when the store was created; None if there was no file."""
+        self.found = self._read()  # Contents of the file when the store was created; None if there was no file.
         self._image = self.found
         self._unwritten: bytes | None = None
         """Contents of the emulated memory if the last write to the file has failed; otherwise None."""
         self._writes = self._failures = 0
-        self._counted = 0
-        """Number of failed writes that the log already contains."""
+        self._counted = 0  # Number of failed writes that the log already contains.
         self._given_up = False
         self.lost = False
         """True if contents were lost when the power was switched off, and no others have been written since."""
@@ -186,8 +179,7 @@ class Lock:
         self._lock.release()
 
 
-_held: WeakValueDictionary[tuple[int, Path], Lock] = WeakValueDictionary()
-"""The state directories of this process."""
+_held: WeakValueDictionary[tuple[int, Path], Lock] = WeakValueDictionary()  # The state directories of this process.
 
 
 def _state_directory(path: Path) -> Lock:

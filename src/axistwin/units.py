@@ -7,8 +7,7 @@ from axistwin.errors import UsageError
 US = 1_000
 MS = 1_000_000
 S = 1_000_000_000
-MOST_NS = 1 << 63
-"""End of virtual time, after about 292 years: traces and pulse times are 64-bit integers."""
+MOST_NS = 1 << 63  # End of virtual time, after about 292 years: traces and pulse times are 64-bit integers.
 
 
 def to_ns(seconds: float | Fraction) -> int:

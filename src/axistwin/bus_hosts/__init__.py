@@ -12,5 +12,4 @@ else:  # Import x86.py only when the class `Computer` is used, because x86.py ne
 
 __all__ = ["C_FILES", "Computer"]
 
-C_FILES = Path(__file__).parent / "c"
-"""Directory of `axistwin_bus.c` and `axistwin_bus.h`."""
+C_FILES = Path(__file__).parent / "c"  # Directory of `axistwin_bus.c` and `axistwin_bus.h`.

@@ -18,12 +18,10 @@ require("unicorn", "x86")
 from unicorn import UC_ARCH_X86, UC_HOOK_CODE, UC_HOOK_INSN, UC_HOOK_INTR, UC_MODE_16, Uc  # noqa: E402  # after the check
 from unicorn import x86_const as x86  # noqa: E402  # after the check
 
-MEMORY = 0x10_0000
-"""Address space of an 8086 in bytes."""
+MEMORY = 0x10_0000  # Address space of an 8086 in bytes.
 INTERRUPT_FLAG, TRAP_FLAG = 0x200, 0x100
 HALT, STI = 0xF4, 0xFB
-INSTRUCTION_NS = 2 * US
-"""Time of one instruction: ten cycles of a 5 MHz clock."""
+INSTRUCTION_NS = 2 * US  # Time of one instruction: ten cycles of a 5 MHz clock.
 
 
 class Computer:
@@ -42,8 +40,7 @@ class Computer:
         instruction_ns: int = INSTRUCTION_NS,
     ) -> None:
         self.bench, self.vector, self.instruction_ns = bench, vector, instruction_ns
-        self.instructions = 0
-        """Number of instructions that have been executed."""
+        self.instructions = 0  # Number of instructions that have been executed.
         self._ports: dict[int, tuple[RegisterPort, int]] = {
             base + offset: (board.bus, offset) for base, board in boards.items() for offset in (0, 1)
         }

@@ -86,8 +86,7 @@ COMMANDS = {command.name: command for commands in GROUPS.values() for command in
 
 OUTPUT_ERRORS = {errno.ENOSPC, errno.EDQUOT, errno.EIO, errno.EBADF}
 """Error numbers for a full or broken output device."""
-NAME_ERRORS = {errno.ENAMETOOLONG, errno.ELOOP}
-"""Error numbers for the name of a file that no file can have."""
+NAME_ERRORS = {errno.ENAMETOOLONG, errno.ELOOP}  # Error numbers for the name of a file that no file can have.
 
 
 class LazyGroup(click.Group):

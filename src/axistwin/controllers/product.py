@@ -38,14 +38,11 @@ class Register(NamedTuple):
     """
 
     read: Callable[[], int | str]
-    also: tuple[str, ...] = ()
-    """Other names, such as the command that reports the register."""
-    text: bool = False
-    """True for a text, False for a number."""
+    also: tuple[str, ...] = ()  # Other names, such as the command that reports the register.
+    text: bool = False  # True for a text, False for a number.
     costly: bool = False
     """True if the register is slow to record, and is therefore recorded only if its full name is given."""
-    restless: bool = False
-    """True if the value also changes between events, so that changes cannot be reported."""
+    restless: bool = False  # True if the value also changes between events, so that changes cannot be reported.
 
 
 Follower = Callable[[Sequence[int], Sequence[int], Sequence[int]], None]
@@ -56,14 +53,10 @@ class Listing(NamedTuple):
     """A program in the memory of a controller, as lines of text."""
 
     title: str
-    lines: tuple[str, ...]
-    """The lines as a user writes them."""
-    running: int | None = None
-    """Index of the line that is running; None: no line is running."""
-    silent: frozenset[int] = frozenset()
-    """Indexes of lines that take no time and never run: labels, ends of blocks."""
-    ended_by: str = ""
-    """The fault that has ended the program before its last line; empty if no fault has."""
+    lines: tuple[str, ...]  # The lines as a user writes them.
+    running: int | None = None  # Index of the line that is running; None: no line is running.
+    silent: frozenset[int] = frozenset()  # Indexes of lines that take no time and never run: labels, ends of blocks.
+    ended_by: str = ""  # The fault that has ended the program before its last line; empty if no fault has.
 
 
 class ControlLines(NamedTuple):
@@ -78,49 +71,36 @@ class ControlLines(NamedTuple):
 class Handshake(NamedTuple):
     """Control lines of a serial connector, at the connector and inside the device."""
 
-    plug: ControlLines
-    """The lines at the connector."""
-    inside: ControlLines
-    """The lines inside the device, which depend on the wiring of the connector."""
+    plug: ControlLines  # The lines at the connector.
+    inside: ControlLines  # The lines inside the device, which depend on the wiring of the connector.
 
 
 class Awaited(NamedTuple):
     """A digital input that must change its level before a waiting device continues."""
 
-    work: str
-    """The work that waits: "the move", "step 3 of the sequence"."""
+    work: str  # The work that waits: "the move", "step 3 of the sequence".
     pin: str
-    level: str
-    """The level for which the device waits: "high" or "low"."""
+    level: str  # The level for which the device waits: "high" or "low".
 
 
 class Refusal(NamedTuple):
     """A line or command of a host that the device has refused or ignored."""
 
-    data: bytes
-    """The line without its terminator, or the whole command of a board on a bus."""
-    why: str = ""
-    """The cause, and the remedy if `rule` is None; "" if the line is wrong in every state of the device."""
+    data: bytes  # The line without its terminator, or the whole command of a board on a bus.
+    why: str = ""  # The cause, and the remedy if `rule` is None; "" if the line is wrong in every state of the device.
     rule: "Rule | None" = None
-    channel: int = 0
-    """1 for the second serial channel."""
+    channel: int = 0  # 1 for the second serial channel.
 
 
 class Abilities(NamedTuple):
     """Optional abilities of a device; each default value means that the device lacks this ability."""
 
-    uart: Uart | None = None
-    """UART of the serial connector."""
-    handshake: Handshake | None = None
-    """Control lines of the serial connector."""
-    rs485: Uart | None = None
-    """Second serial channel, on a pair of wires."""
-    bus: RegisterPort | None = None
-    """The two registers of a board on a bus."""
-    alarms: Alarms | None = None
-    """Fault flags of the device, to which observers can subscribe."""
-    registers: Callable[[], Mapping[str, Register]] = dict
-    """Function that returns the registers by name."""
+    uart: Uart | None = None  # UART of the serial connector.
+    handshake: Handshake | None = None  # Control lines of the serial connector.
+    rs485: Uart | None = None  # Second serial channel, on a pair of wires.
+    bus: RegisterPort | None = None  # The two registers of a board on a bus.
+    alarms: Alarms | None = None  # Fault flags of the device, to which observers can subscribe.
+    registers: Callable[[], Mapping[str, Register]] = dict  # Function that returns the registers by name.
     follow: Callable[[Sequence[str], Follower], Callable[[], None]] | None = None
     """Function that reports every change of these registers to a follower, with a delay.
 
@@ -169,8 +149,7 @@ class Placed(NamedTuple):
 
     byte: int
     column: int
-    width: int = 2
-    """Length of the word that contains the byte."""
+    width: int = 2  # Length of the word that contains the byte.
 
 
 class Language(Protocol):
@@ -208,8 +187,7 @@ class Order(NamedTuple):
     """A request that a host can send to a controller, e.g. to run a stored program."""
 
     label: str
-    says: bytes
-    """Characters with their terminator, or one command of a board on a bus."""
+    says: bytes  # Characters with their terminator, or one command of a board on a bus.
     doc: str
 
 
@@ -227,21 +205,16 @@ class Product(NamedTuple):
     make_axis: MakeAxis = stepper_axis
     """Function that creates an axis from its options; the bench connects its switches later."""
     check: "Checker | None" = None
-    make_rules: Callable[[], "tuple[Rule, ...]"] = tuple
-    """Function that imports and returns `rules`."""
-    line: UartFormat | None = None
-    """Default character format of the host; None: no serial port."""
+    make_rules: Callable[[], "tuple[Rule, ...]"] = tuple  # Function that imports and returns `rules`.
+    line: UartFormat | None = None  # Default character format of the host; None: no serial port.
     limit_pins: tuple[str, str] | None = None
     """Pins of the minus and the plus limit input, which the limit switches of all axes share."""
-    closed_level: bool = True
-    """Level of the `limit_pins` while their switches are closed."""
+    closed_level: bool = True  # Level of the `limit_pins` while their switches are closed.
     drive_fault_pins: Mapping[str, str] = MappingProxyType({})
     """Pins that are low while a drive has a fault, by the name of its axis."""
     home_pin: str | None = None
-    brake_pin: str | None = None
-    """The pin that is high while the static brake must hold the shaft."""
-    language: Language | None = None
-    """Text form of the commands of a device on a bus; None: the commands are text."""
+    brake_pin: str | None = None  # The pin that is high while the static brake must hold the shaft.
+    language: Language | None = None  # Text form of the commands of a device on a bus; None: the commands are text.
     note: Callable[[], str] = lambda: ""
     """Function that returns a hint about this installation of axistwin; usually ""."""
     prepare: Callable[[float | None, int], None] = lambda speed, controllers: None
@@ -256,13 +229,11 @@ class Product(NamedTuple):
     """Function that returns the requests with which a host runs or stops a stored program."""
     programs: tuple[str, ...] = ()
     """Names of the programs that the device can store; if there are several, each name ends in a number."""
-    most_lines: int | None = None
-    """Largest number of lines in a program; None if the manual gives no limit."""
+    most_lines: int | None = None  # Largest number of lines in a program; None if the manual gives no limit.
     attend: Callable[[RegisterPort], BusHost] | None = None
     """Function that connects a host program to the registers of a board on a bus."""
     joystick: "JoystickInputs | None" = None
-    make_front: Callable[[], "tuple[Group, ...]"] = tuple
-    """Function that imports and returns `front`."""
+    make_front: Callable[[], "tuple[Group, ...]"] = tuple  # Function that imports and returns `front`.
 
     @property
     def rules(self) -> "tuple[Rule, ...]":

@@ -25,8 +25,7 @@ from axistwin.programs.hex_commands import command_string
 from axistwin.programs.running import check_headers, form_of, unknown_kind
 from axistwin.programs.stored_programs import read_source
 
-MODELS = {".if1": "if1", ".181x": "1811", ".sms": "smartmotor"}
-"""Default model for a program, by its suffix."""
+MODELS = {".if1": "if1", ".181x": "1811", ".sms": "smartmotor"}  # Default model for a program, by its suffix.
 PROGRAMS = (".talk", *MODELS)
 SCENE = ".toml"
 

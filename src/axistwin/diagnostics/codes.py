@@ -14,8 +14,7 @@ FAMILIES = {
 }
 """For each family of controllers, a model that has all codes, and the suffix of the examples."""
 OURS = "Programs, conversations and scenes"
-LONGEST = 200
-"""Number of characters above which an example is shortened."""
+LONGEST = 200  # Number of characters above which an example is shortened.
 
 
 def tables() -> dict[str, tuple[Rule, ...]]:

@@ -11,8 +11,7 @@ from axistwin.conversations.conversation import MOST_MIB
 from axistwin.errors import AxistwinError, printable, reason
 from axistwin.storage import contents, encoding_of, split_at_end, write_whole
 
-MOST_ROUNDS = 10
-"""Largest number of rounds of fixes, because a fix may reveal further errors."""
+MOST_ROUNDS = 10  # Largest number of rounds of fixes, because a fix may reveal further errors.
 
 
 def fix_text(

@@ -25,8 +25,7 @@ class Checked:
     text: str
     found: Sequence[Diagnostic]
     model: str = ""
-    scene: Path | None = None
-    """The scene that names the file; None if the user has named the file."""
+    scene: Path | None = None  # The scene that names the file; None if the user has named the file.
 
     @property
     def shown(self) -> str:

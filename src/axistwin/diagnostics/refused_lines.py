@@ -11,10 +11,8 @@ from axistwin.controllers.diagnostics import Rule, Severity, check_last
 from axistwin.controllers.product import Product, Refusal
 
 log = getLogger("axistwin")
-MOST_LINES = 100
-"""Number of different lines of a port that are told; further lines are only counted."""
-LONGEST_LINE = 60
-"""Number of bytes of a line that are shown."""
+MOST_LINES = 100  # Number of different lines of a port that are told; further lines are only counted.
+LONGEST_LINE = 60  # Number of bytes of a line that are shown.
 FURTHER = b"", ""
 
 
@@ -45,8 +43,7 @@ class RefusedLines:
 
     def __init__(self, tell: Callable[[str], object] = log.warning) -> None:
         self._tell = tell
-        self._refused: dict[str, dict[tuple[bytes, str], _Line]] = {}
-        """By port, and by line and reason."""
+        self._refused: dict[str, dict[tuple[bytes, str], _Line]] = {}  # By port, and by line and reason.
 
     def watch(self, bench: Bench) -> Callable[[], None]:
         """Begin to tell the refused lines of all controllers of a bench.  Return an unsubscribe function."""

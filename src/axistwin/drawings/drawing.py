@@ -24,8 +24,7 @@ class Drawing:
         self.parts = frozenset(_PART.findall(art))
         self.acts = frozenset(_ACT.findall(art))
         self._act = act
-        self.shown: dict[tuple[str, str], Any] = {}
-        """Values of all properties, by part and property."""
+        self.shown: dict[tuple[str, str], Any] = {}  # Values of all properties, by part and property.
         self._changes: list[Change] = []
 
     def place(self, part: str, transform: str, *, smooth: bool = True) -> None:

@@ -10,8 +10,7 @@ from axistwin.drawings.scale import grouped, minus, signed
 from axistwin.plant.axes import Axis
 from axistwin.plant.servo_axis import ServoAxis
 
-SELDOM = 10
-"""Number of frames between two updates of slow values such as a temperature."""
+SELDOM = 10  # Number of frames between two updates of slow values such as a temperature.
 STATES = '<p class="states" aria-live="polite" data-part="states"></p>'
 
 

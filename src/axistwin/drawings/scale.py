@@ -7,8 +7,7 @@ from weakref import ref
 from axistwin.bench import Bench
 from axistwin.units import S
 
-LONGEST_NS = 1 * S
-"""Longest virtual time between two frames for a smooth movement; after a longer time, drawings jump."""
+LONGEST_NS = 1 * S  # Longest virtual time between two frames for a smooth movement; after a longer time, drawings jump.
 
 
 def grouped(number: int) -> str:

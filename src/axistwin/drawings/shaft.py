@@ -15,12 +15,9 @@ from axistwin.plant.master import Master
 from axistwin.plant.servo_axis import ServoAxis
 from axistwin.plant.stepper import StepperAxis
 
-ASSUMED = 400
-"""Assumed number of pulses or counts per turn for an axis without a configured number."""
-WHEEL_EDGES = 2000
-"""Assumed number of edges per turn of an external encoder that is not mounted on a rotary axis."""
-MOST_TURNS = 2
-"""Largest rotation in one frame that is drawn as a smooth transition."""
+ASSUMED = 400  # Assumed number of pulses or counts per turn for an axis without a configured number.
+WHEEL_EDGES = 2000  # Assumed number of edges per turn of an external encoder that is not mounted on a rotary axis.
+MOST_TURNS = 2  # Largest rotation in one frame that is drawn as a smooth transition.
 
 
 class Shaft:

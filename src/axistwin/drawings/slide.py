@@ -11,10 +11,8 @@ from axistwin.drawings.switches import Press, action, on_slides, show_switch
 from axistwin.plant.axes import Axis
 from axistwin.plant.servo_axis import ServoAxis
 
-LEFT, RIGHT = 30.0, 270.0
-"""X coordinates of the limit switches; the drawing is 300 wide."""
-OVERRUN = 18.0
-"""Distance from a limit switch to the end of the bed."""
+LEFT, RIGHT = 30.0, 270.0  # X coordinates of the limit switches; the drawing is 300 wide.
+OVERRUN = 18.0  # Distance from a limit switch to the end of the bed.
 MOST_TICKS = 5
 SHARED = ' title="in series with the switches of the other axes: all of them are one input"'
 

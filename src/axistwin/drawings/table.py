@@ -12,8 +12,7 @@ WIDTH, LEFT, TOP = 300.0, 40.0, 16.0
 BELOW = 14.0
 LEAST, MOST = 120.0, 250.0
 """Smallest and largest height of the drawing; within these limits, both axes have the same scale."""
-PIECE = 64
-"""Number of points in one SVG element of the path; a new point changes only the last element."""
+PIECE = 64  # Number of points in one SVG element of the path; a new point changes only the last element.
 PIECES = POINTS // PIECE
 MOST_TICKS = 5
 NO_TOOL = ""

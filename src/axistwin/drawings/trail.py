@@ -14,14 +14,10 @@ from axistwin.plant.stepper import StepperAxis
 from axistwin.sessions.session import Session
 from axistwin.sim.pins import Pin
 
-POINTS = 2048
-"""Largest number of stored corners of the path; they take at most 64 KiB."""
-PLACES = 512
-"""Largest number of stored points for each output."""
-PIECES = 8
-"""Number of straight lines that approximate a path in which both axes move, which may be curved."""
-MOST_MOVES = 200
-"""Largest number of moves drawn at one update; older moves are left out, and a new path begins."""
+POINTS = 2048  # Largest number of stored corners of the path; they take at most 64 KiB.
+PLACES = 512  # Largest number of stored points for each output.
+PIECES = 8  # Number of straight lines that approximate a path in which both axes move, which may be curved.
+MOST_MOVES = 200  # Largest number of moves drawn at one update; older moves are left out, and a new path begins.
 
 Point = tuple[int, int]
 
@@ -39,10 +35,8 @@ class Trail:
         self._axes = controller.axes[names[0]], controller.axes[names[1]]
         self._seen_ns = 0
         self.points: deque[Point] = deque([(0, 0)], maxlen=POINTS)
-        self.begun = 1
-        """Total number of points of the path, including deleted points."""
-        self.places: dict[str, dict[Point, None]] = {}
-        """Points at which each output has become high, in order of time."""
+        self.begun = 1  # Total number of points of the path, including deleted points.
+        self.places: dict[str, dict[Point, None]] = {}  # Points at which each output has become high, in order of time.
         for name, pin in controller.pins.items():
             if pin.is_output:
                 self.places[name] = {}

@@ -24,11 +24,9 @@ class Item:
     """A completion that an editor proposes; `insert`: the text to insert, if it differs from `label`."""
 
     label: str
-    kind: str = "command"
-    """One of: command, value, variable, label, key, pin."""
+    kind: str = "command"  # One of: command, value, variable, label, key, pin.
     detail: str = ""
-    text: str = ""
-    """Markdown."""
+    text: str = ""  # Markdown.
     insert: str = ""
 
 
@@ -37,8 +35,7 @@ class Symbol:
     """A named part of a program, e.g. a label or a sequence.  `begin` and `end`: line and column."""
 
     name: str
-    kind: str
-    """One of: label, sequence, step, move, table."""
+    kind: str  # One of: label, sequence, step, move, table.
     begin: tuple[int, int]
     end: tuple[int, int]
     detail: str = ""

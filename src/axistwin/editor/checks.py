@@ -17,10 +17,8 @@ from axistwin.editor.documents import LIMIT, Text
 from axistwin.errors import UsageError
 
 SEVERITIES = {Severity.ERROR: lsp.DiagnosticSeverity.Error, Severity.WARNING: lsp.DiagnosticSeverity.Warning}
-KEPT = 16
-"""Number of documents whose findings the process keeps, for fixes."""
-_kept: dict[str, tuple[str, list[Diagnostic]]] = {}
-"""By URI: the text that was checked last, and its findings."""
+KEPT = 16  # Number of documents whose findings the process keeps, for fixes.
+_kept: dict[str, tuple[str, list[Diagnostic]]] = {}  # By URI: the text that was checked last, and its findings.
 
 
 class Snapshot(NamedTuple):
@@ -29,8 +27,7 @@ class Snapshot(NamedTuple):
     uri: str
     source: str
     version: int | None
-    encoding: lsp.PositionEncodingKind | str | None
-    """The unit of columns that server and editor have agreed on."""
+    encoding: lsp.PositionEncodingKind | str | None  # The unit of columns that server and editor have agreed on.
 
     @property
     def text(self) -> Text:

@@ -11,8 +11,7 @@ NUMBER_CHARACTERS = frozenset("0123456789+-, ")
 MISPLACED = (rules.UNKNOWN, rules.LOST_NUMBER, rules.ALONE, rules.SETUP, rules.MISPLACED, rules.NOT_IN_THIS_KIND,
              rules.ORDER, rules.TWICE)  # fmt: skip
 """Codes of errors for a character at a wrong place."""
-OPERANDS = ("", "1", "+1", "1,1")
-"""Operands that are tried after a command to find out if it can be valid."""
+OPERANDS = ("", "1", "+1", "1,1")  # Operands that are tried after a command to find out if it can be valid.
 
 
 class CommandLines:

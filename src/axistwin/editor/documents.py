@@ -16,8 +16,7 @@ from axistwin.editor.scene import Scenes
 from axistwin.editor.smartmotor import SourceEditing
 from axistwin.editor.talk import Conversations
 
-LIMIT = 1 << 17
-"""Largest number of characters of a text that is checked while the user types."""
+LIMIT = 1 << 17  # Largest number of characters of a text that is checked while the user types.
 _ODD_ENDS = str.maketrans(dict.fromkeys("\x0b\x0c\x1c\x1d\x1e\x85\u2028\u2029", " "))
 """Characters that end a line in Python but not in the protocol."""
 

@@ -19,8 +19,7 @@ from axistwin.editor.scene import Scenes
 from axistwin.editor.smartmotor import SourceEditing
 from axistwin.version import VERSION
 
-PAUSE_S = 0.2
-"""Pause in typing, in seconds, after which diagnostics are sent to the editor."""
+PAUSE_S = 0.2  # Pause in typing, in seconds, after which diagnostics are sent to the editor.
 EXAMPLES = {
     "a.sms": "", "a.if1": "", "a.181x": "", "a.talk": "; model: 1811\n> ", "b.talk": "; model: if1\n! ",
     "a.toml": '[[controller]]\nmodel = "smartmotor"\nmaster = ',

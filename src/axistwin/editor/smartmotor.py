@@ -17,19 +17,14 @@ from axistwin.numbers import NumberError, clipped, whole
 
 _COMMENT = re.compile(r"""(?:[^"']|"[^"]*"?)*'""")
 _NAME = re.compile(r"@[A-Z]+|B[a-z]|[A-Za-z]+\d*|\d+")
-_QUIET = re.compile(r"""'.*|"[^"]*"?""")
-"""A comment, or a string of a PRINT."""
+_QUIET = re.compile(r"""'.*|"[^"]*"?""")  # A comment, or a string of a PRINT.
 _LABEL = re.compile(r"(?<![^ \t])C[0-9]+(?![^ \t])")
-_USED = re.compile(r"(?<![A-Za-z@])([a-z])\1{0,2}(?![A-Za-z])")
-"""A variable: a…z, aa…zz, aaa…zzz."""
+_USED = re.compile(r"(?<![A-Za-z@])([a-z])\1{0,2}(?![A-Za-z])")  # A variable: a…z, aa…zz, aaa…zzz.
 _PART = re.compile(rf"(?<![^ \t])(?:{'|'.join((*OPENS, *OPENS.values()))})(?![^ \t])")
-LINES = 1 << 16
-"""Number of different lines that are kept as read, so that a completion reads only what has been typed."""
+LINES = 1 << 16  # Number of different lines that are kept as read, so that a completion reads only what has been typed.
 CALLS = ("GOTO", "GOSUB")
-LABELLED = ("Cn", "GOTOn", "GOSUBn")
-"""Codes of the commands that define or call a label."""
-Span = tuple[int, int, int]
-"""A place in a program: line and column from 1, and length."""
+LABELLED = ("Cn", "GOTOn", "GOSUBn")  # Codes of the commands that define or call a label.
+Span = tuple[int, int, int]  # A place in a program: line and column from 1, and length.
 ARRAYS = ("ab", "aw", "al")
 
 
@@ -43,11 +38,9 @@ def parsed(line: str) -> tuple[tuple[Statement, int, int], ...]:
 class Outline:
     """Labels, variables and block keywords of a line: completion reads no statements of thousands of lines."""
 
-    labels: tuple[tuple[int, int], ...]
-    """Each label that the line defines, with its column from 1."""
+    labels: tuple[tuple[int, int], ...]  # Each label that the line defines, with its column from 1.
     variables: frozenset[str]
-    parts: tuple[str, ...]
-    """Keywords that begin or end a block."""
+    parts: tuple[str, ...]  # Keywords that begin or end a block.
 
 
 @lru_cache(maxsize=LINES)

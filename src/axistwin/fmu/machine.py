@@ -38,12 +38,10 @@ class Machine(Fmi3Slave):
         self.version, self.author = settings["version"], "axistwin"
         self._begin_s: float | None = None
         """Time of the simulation tool at 0 s of the bench; None before the first step."""
-        self._time_s = 0.0
-        """End of the last step, which is the begin of the next one."""
+        self._time_s = 0.0  # End of the last step, which is the begin of the next one.
         self.register_units([Unit(name, **base) for name, base in UNITS.items()])
         self._add_time()
-        self._values: dict[str, float] = {}
-        """Values of the inputs, as set by the simulation tool."""
+        self._values: dict[str, float] = {}  # Values of the inputs, as set by the simulation tool.
         self._inputs = inputs(self.bench, settings["commands"])
         self._applied = {each.name: each.first for each in self._inputs}
         for each in self._inputs:

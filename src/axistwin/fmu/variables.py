@@ -27,10 +27,8 @@ from axistwin.plant.axes import Axis
 from axistwin.plant.stepper import StepperAxis
 from axistwin.sim.pins import Pin, UserPin
 
-TIME = "time"
-"""Name of the independent variable of an FMU."""
-TORQUE, ANGLE, SPEED = "N.m", "rad", "rad/s"
-"""Units, in the notation of FMI."""
+TIME = "time"  # Name of the independent variable of an FMU.
+TORQUE, ANGLE, SPEED = "N.m", "rad", "rad/s"  # Units, in the notation of FMI.
 EXAMPLE = r"'start: > X3000@5000S1$\r' or 'start: table: ! input1 high'"
 _PLAIN = re.compile(r"[A-Za-z_]\w*", re.ASCII)
 

@@ -10,8 +10,7 @@ from axistwin.storage import write_error
 
 PACKAGE = Path(__file__).parents[1]
 CLONE = PACKAGE.parents[1]
-LOOSE = ".toml"
-"""Suffix of a scene in the folder of examples; the files beside this scene belong to it."""
+LOOSE = ".toml"  # Suffix of a scene in the folder of examples; the files beside this scene belong to it.
 
 
 def folder(name: str) -> Path:

@@ -6,20 +6,13 @@ from typing import NamedTuple
 
 from axistwin.sim.frames import UartFormat
 
-QUIET_S = 0.06
-"""Time without data after which an answer is complete."""
-LONGEST_S = 1.0
-"""Longest time in seconds to wait for the expected bytes, in addition to their usual time."""
-LATE_S = 2.0
-"""Silence after which nothing late is expected any more."""
-TRIES = 3
-"""Number of times that a request is sent before the controller counts as silent."""
-POLL_S = 0.015
-"""Longest usual time between two looks at a port."""
-MESSAGE = 16
-"""Bytes of a board's message."""
-USER_BITS = 0x07
-"""The user bits of a board's status byte."""
+QUIET_S = 0.06  # Time without data after which an answer is complete.
+LONGEST_S = 1.0  # Longest time in seconds to wait for the expected bytes, in addition to their usual time.
+LATE_S = 2.0  # Silence after which nothing late is expected any more.
+TRIES = 3  # Number of times that a request is sent before the controller counts as silent.
+POLL_S = 0.015  # Longest usual time between two looks at a port.
+MESSAGE = 16  # Bytes of a board's message.
+USER_BITS = 0x07  # The user bits of a board's status byte.
 
 
 class Answer(NamedTuple):
@@ -32,24 +25,18 @@ class Answer(NamedTuple):
 class End(ABC):
     """Host side of a connection to a controller."""
 
-    grain_s = 0.02
-    """Uncertainty of a measured time."""
-    exact = False
-    """True if a loaded computer cannot delay an answer."""
-    messages = False
-    """True for a board on a bus, which receives commands and sends messages."""
-    has_line = True
-    """True if the port has a baud rate and a frame."""
+    grain_s = 0.02  # Uncertainty of a measured time.
+    exact = False  # True if a loaded computer cannot delay an answer.
+    messages = False  # True for a board on a bus, which receives commands and sends messages.
+    has_line = True  # True if the port has a baud rate and a frame.
 
     def __init__(self) -> None:
-        self.frame_s = 0.0
-        """Time of one character on the line."""
+        self.frame_s = 0.0  # Time of one character on the line.
         self.echo = False
         """True if the controller sends each character back; an echo is not the answer for which a request waits."""
         self.received = bytearray()
         """All data received since `begin`, including those that came after the end of an answer."""
-        self.late_s = 0.0
-        """Time by which this program was late with requests since `begin`."""
+        self.late_s = 0.0  # Time by which this program was late with requests since `begin`.
         self._ended: float | None = None
 
     def begin(self) -> None:

@@ -11,15 +11,11 @@ from axistwin.hosts.end import MESSAGE, End
 from axistwin.sim.frames import UartFormat
 from axistwin.units import MS, S
 
-PATIENCE_S = 1.0
-"""Longest silence before an expected answer, beyond the time of the characters on the line."""
+PATIENCE_S = 1.0  # Longest silence before an expected answer, beyond the time of the characters on the line.
 SILENCE_NS = 200 * MS
-MOST_UNANSWERED = 3
-"""Consecutive requests without an answer, after which a rescue checks that the controller lives."""
-Complete = Callable[[bytes], bool]
-"""Returns True if an answer is complete."""
-Report = Callable[[int, int], None]
-"""Receives the number of answers, and of the last requests that have had none."""
+MOST_UNANSWERED = 3  # Consecutive requests without an answer, after which a rescue checks that the controller lives.
+Complete = Callable[[bytes], bool]  # Returns True if an answer is complete.
+Report = Callable[[int, int], None]  # Receives the number of answers, and of the last requests that have had none.
 
 
 class Exchange:
@@ -34,16 +30,12 @@ class Exchange:
     ) -> None:
         self.end, self.product = end, product(model)
         self._report, self._answers, self._unanswered = report, 0, 0
-        self.heard = b""
-        """First data from the controller."""
-        self.sign_of_life = b""
-        """Request that a living controller always answers; b"" until it has been answered."""
+        self.heard = b""  # First data from the controller.
+        self.sign_of_life = b""  # Request that a living controller always answers; b"" until it has been answered.
         self.line_format = line or self.product.line or UartFormat()
         self.frame_s = 0.0 if self.product.line is None else self.line_format.frame_ns / S
-        self.terminator = b"\r"
-        """Last character of an answer."""
-        self.echo = False
-        """True if the controller sends each received character back."""
+        self.terminator = b"\r"  # Last character of an answer.
+        self.echo = False  # True if the controller sends each received character back.
         self.acts: list[Act] = [Comment(f"model: {self.product.model}")]
 
     def ask(self, *said: bytes, complete: Complete | None = None, patience_s: float = PATIENCE_S) -> bytes:

@@ -12,8 +12,7 @@ from axistwin.hosts.real_time import open_port
 from axistwin.sim.frames import UartFormat
 
 USUAL = UartFormat(9600, 8, "N", 2)
-QUIET_S = 0.3
-"""Seconds of silence after which a controller counts as idle."""
+QUIET_S = 0.3  # Seconds of silence after which a controller counts as idle.
 
 
 class PortEnd:

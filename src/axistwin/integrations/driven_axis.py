@@ -20,12 +20,9 @@ class Phase(Enum):
     """What the axis does, as far as requests and polls tell."""
 
     REST = auto()
-    BEGINNING = auto()
-    """The request that begins a motion is in progress."""
-    BEGUN = auto()
-    """A motion has begun; it may have failed without an answer."""
-    STOPPING = auto()
-    """The controller has received a stop."""
+    BEGINNING = auto()  # The request that begins a motion is in progress.
+    BEGUN = auto()  # A motion has begun; it may have failed without an answer.
+    STOPPING = auto()  # The controller has received a stop.
 
 
 @dataclass
@@ -35,8 +32,7 @@ class Goal:
     begin: Callable[[], Procedure[None]]
     target: int | None = None
     homing: bool = False
-    failure: str = ""
-    """Why the motion failed; "" if it did not."""
+    failure: str = ""  # Why the motion failed; "" if it did not.
     begun: asyncio.Event = field(default_factory=asyncio.Event)
     """Set when the motion has begun, has failed, or has been replaced."""
 
@@ -51,21 +47,15 @@ class DrivenAxis:
     def __init__(self, station: "Station", name: str, units: MachineUnits) -> None:
         self.station, self.name, self.units = station, name, units
         self.core = station.driver.core.axes[name]
-        self.status = Status(0, 0, 0, False)
-        """Status of the last poll."""
-        self.error = "not connected yet"
-        """Why the last poll failed; "" if it did not."""
-        self.shaft: Axis | None = None
-        """The axis of the bench; None at a real controller."""
+        self.status = Status(0, 0, 0, False)  # Status of the last poll.
+        self.error = "not connected yet"  # Why the last poll failed; "" if it did not.
+        self.shaft: Axis | None = None  # The axis of the bench; None at a real controller.
         self.goal: Goal | None = None
-        self.ended: Goal | None = None
-        """The motion that ended last; None if another host began it."""
+        self.ended: Goal | None = None  # The motion that ended last; None if another host began it.
         self.busy = False
-        self.changed: Callable[[], Awaitable[None]] = _nothing
-        """Called after each poll and each request."""
+        self.changed: Callable[[], Awaitable[None]] = _nothing  # Called after each poll and each request.
         self._starting: Goal | None = None
-        self._stopped: Goal | None = None
-        """The motion that a request has stopped, until the axis is at rest."""
+        self._stopped: Goal | None = None  # The motion that a request has stopped, until the axis is at rest.
         self._phase = Phase.REST
         self._stop: Callable[[], Procedure[None]] | None = None
         """The request that still has to be sent to end the present motion; a poll repeats it after an error."""

@@ -20,8 +20,7 @@ from axistwin.links.server import Server
 from axistwin.plant.axes import Axis
 from axistwin.plant.machine_units import MachineUnits
 
-Units = Mapping[str, MachineUnits]
-"""Units by axis: `X`, or in a scene `if1.X`."""
+Units = Mapping[str, MachineUnits]  # Units by axis: `X`, or in a scene `if1.X`.
 
 
 class Machine:

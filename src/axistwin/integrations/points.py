@@ -33,8 +33,7 @@ class Point:
     def __init__(self, name: str, read: Read | None, write: Write | None = None, *, bit: bool = True) -> None:
         self.name, self.bit = name, bit
         self.value: int | None = None
-        self.observers: list[Callable[[int], Awaitable[None]]] = []
-        """Called with each new value."""
+        self.observers: list[Callable[[int], Awaitable[None]]] = []  # Called with each new value.
         self._read, self._write = read, write
 
     @property

@@ -11,8 +11,7 @@ from axistwin.integrations.driven_axis import DrivenAxis
 from axistwin.integrations.points import Point, points_of
 from axistwin.plant.machine_units import MachineUnits
 
-POINTS_S = 0.5
-"""Interval at which pins and registers are read, in seconds."""
+POINTS_S = 0.5  # Interval at which pins and registers are read, in seconds.
 COUNTS = MachineUnits(Fraction(1), "counts")
 
 

@@ -25,8 +25,7 @@ from axistwin.links.tcp import Connection
 from axistwin.sim.pins import Pin
 from axistwin.sim.registers import CONTROL
 
-LONGEST_LINE = 1024
-"""Longest request line in bytes; a longer line is discarded and answered with an error."""
+LONGEST_LINE = 1024  # Longest request line in bytes; a longer line is discarded and answered with an error.
 MAX_BLOCK = 256
 
 

@@ -17,8 +17,7 @@ from axistwin.links.telnet import Command, Item, Negotiation, Option, Parser, Su
 from axistwin.sim.frames import BITS, FASTEST_BAUD, LineError, UartFormat
 from axistwin.sim.serial_port import SetFormat
 
-SERVER = 100
-"""Number that is added to the code of a command to get the code of its answer."""
+SERVER = 100  # Number that is added to the code of a command to get the code of its answer.
 
 
 class Code(IntEnum):
@@ -149,8 +148,7 @@ class ComPort:
         self.dtr = self.rts = True
         self.break_on = False
         self.outbound, self.inbound = Control.FLOW_NONE, Control.INBOUND_NONE
-        self.agreed = False
-        """True after the client has negotiated RFC 2217."""
+        self.agreed = False  # True after the client has negotiated RFC 2217.
         self.replies = bytearray()
         self._ours: set[int] = set()
         self._theirs: set[int] = set()

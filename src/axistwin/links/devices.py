@@ -29,8 +29,7 @@ DEVICE_ERRORS: tuple[type[Exception], ...] = (OSError, ValueError, *TERMIOS_ERRO
 """Exceptions of pyserial for a device that does not exist, is lost, or does not support a setting."""
 READ_S = 0.02
 """Timeout in seconds of a read in a thread; after each read, the thread checks if it must close the device."""
-WRITE_S = 1.0
-"""Timeout of a write in seconds; characters that the device has not accepted by then are lost."""
+WRITE_S = 1.0  # Timeout of a write in seconds; characters that the device has not accepted by then are lost.
 
 Receive = Callable[[bytes], None]
 Lose = Callable[[str], None]

@@ -17,8 +17,7 @@ from typing import Any, SupportsIndex
 
 from axistwin.units import to_ns
 
-POLLS, POLL_S = 3, 0.0003
-"""Number of polls in which a blocked thread must be sleeping, and seconds between two polls."""
+POLLS, POLL_S = 3, 0.0003  # Number of polls in which a blocked thread must be sleeping, and seconds between two polls.
 REACTION_S = 0.02
 """Seconds without activity after which a host counts as blocked, on systems that do not report thread states."""
 
@@ -31,8 +30,7 @@ class HostThread:
         self._now: Callable[[], int] | None = None
         self.wakes_ns: int | None = None
         """Virtual time at which the present `time.sleep` of the host ends; None while the host does not sleep."""
-        self.slept_ns = 0
-        """Length of the latest sleep."""
+        self.slept_ns = 0  # Length of the latest sleep.
         self._due, self._awake = threading.Event(), threading.Event()
         self._outcome: Any = None
         self._error: BaseException | None = None
@@ -115,8 +113,7 @@ class HostThread:
             self._error = error
 
 
-_hosts: dict[int, HostThread] = {}
-"""The hosts whose sleeps take virtual time, by the identifiers of their threads."""
+_hosts: dict[int, HostThread] = {}  # The hosts whose sleeps take virtual time, by the identifiers of their threads.
 _lock = threading.Lock()
 _real_sleep = time.sleep
 

@@ -19,8 +19,7 @@ from axistwin.links.manual_pacer import ManualPacer
 from axistwin.links.pacing import Pacer
 from axistwin.units import to_ns, to_seconds
 
-IDLE_S = 10.0
-"""Seconds of real time after which a silent host without pending data counts as blocked for ever."""
+IDLE_S = 10.0  # Seconds of real time after which a silent host without pending data counts as blocked for ever.
 POLL_S = 0.01
 SLEPT = (
     "the host sleeps by the wall clock, and virtual time has advanced by {:g} s: "

@@ -11,8 +11,7 @@ from axistwin.bench import Bench
 from axistwin.links.pacing import Pacer
 from axistwin.units import MS, to_seconds
 
-SAME_ANSWER_NS = 3 * MS
-"""Longest pause within an answer of a controller (about 3 characters at 9600 baud)."""
+SAME_ANSWER_NS = 3 * MS  # Longest pause within an answer of a controller (about 3 characters at 9600 baud).
 IDLE_TURNS = 10
 """Number of turns of the event loop without input after which no data from hosts are pending.  Accepting a client takes
 several turns.
@@ -25,10 +24,8 @@ class ManualPacer(Pacer):
     def __init__(self, bench: Bench) -> None:
         super().__init__(bench.clock, None)
         self.bench = bench
-        self.arrivals = 0
-        """Number of inputs that hosts have sent up to now."""
-        self.deliveries = 0
-        """Number of times that output was sent to hosts."""
+        self.arrivals = 0  # Number of inputs that hosts have sent up to now.
+        self.deliveries = 0  # Number of times that output was sent to hosts.
 
     def start(self, loop: asyncio.AbstractEventLoop | None = None) -> None:
         """Leave virtual time stopped until a test calls the method `advance`."""

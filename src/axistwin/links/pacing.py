@@ -21,16 +21,12 @@ from axistwin.units import MOST_NS, S
 
 T = TypeVar("T")
 
-SLICE_S = 0.002
-"""Longest time that the bench runs before sockets are served again."""
-BLOCK_S = 0.005
-"""Shortest interval between two advances of the bench by the wall clock."""
+SLICE_S = 0.002  # Longest time that the bench runs before sockets are served again.
+BLOCK_S = 0.005  # Shortest interval between two advances of the bench by the wall clock.
 MAX_LAG_S = 1.0
 """Largest delay in seconds that is caught up; after a larger delay, virtual time continues from its present value."""
-LATE_S = 0.025
-"""Delay in seconds above which an event counts as an overrun."""
-MAX_SPEED = 1e6
-"""Upper limit of the speed, times real time."""
+LATE_S = 0.025  # Delay in seconds above which an event counts as an overrun.
+MAX_SPEED = 1e6  # Upper limit of the speed, times real time.
 
 
 def read_speed(text: str) -> float | None:
@@ -68,8 +64,7 @@ class Delays:
 
     def __init__(self) -> None:
         self.blocks = 0
-        self.overruns = 0
-        """Number of overruns: blocks whose first event was late by more than `LATE_S` seconds."""
+        self.overruns = 0  # Number of overruns: blocks whose first event was late by more than `LATE_S` seconds.
         self.most_late_s = 0.0
 
     def count(self, late_s: float) -> None:
@@ -113,8 +108,7 @@ class Pacer:
         self._to_flush: list[Port] = []
         self._advanced: Signal[[]] = Signal()
         self.plan = 0
-        self.agenda_ns = 0
-        """At full speed virtual time reaches at least this value, even if no event is due."""
+        self.agenda_ns = 0  # At full speed virtual time reaches at least this value, even if no event is due.
         self.delays = Delays()
         self._speed = speed
         self._loop: asyncio.AbstractEventLoop | None = None

@@ -16,15 +16,12 @@ from axistwin.sim.serial_port import X_OFF, X_ON, Flow
 from axistwin.sim.signal import Signal
 from axistwin.units import to_seconds
 
-FULL = 512
-"""Limit of queued characters: above this number nothing is read from the client until half of them are sent."""
-CHUNK = 512
-"""Largest number of characters read from a client at once."""
+FULL = 512  # Limit of queued characters: above this number nothing is read from the client until half of them are sent.
+CHUNK = 512  # Largest number of characters read from a client at once.
 INSTANT_CHUNK = 32
 """Largest number of characters read at once for an instant line, where a chunk is processed while other clients wait.
 """
-FEW = 64
-"""Limit of queued characters while the bench is behind the wall clock; above this number nothing is read."""
+FEW = 64  # Limit of queued characters while the bench is behind the wall clock; above this number nothing is read.
 
 
 class HostEnd(Protocol):
@@ -76,8 +73,7 @@ class HostPort(Protocol):
 class SerialClient(Client, Protocol):
     """Interface of a client that is connected to a serial port."""
 
-    flow: Flow | None
-    """Flow control chosen by the client; None: the flow control of the plug."""
+    flow: Flow | None  # Flow control chosen by the client; None: the flow control of the plug.
 
     def deliver(self, data: bytes, errors: LineError) -> None:
         """Forward characters to the client; `errors`: their line errors, e.g. a parity error."""
@@ -108,8 +104,7 @@ class Plug(SingleClient[SerialClient]):
         self._errors = SOUND
         self._break_from_ns: int | None = None
         self._stop_observing: Callable[[], None] | None = None
-        self.hang_ups: Signal[bool] = Signal()
-        """Event: the port is gone (True) or has come back."""
+        self.hang_ups: Signal[bool] = Signal()  # Event: the port is gone (True) or has come back.
         self._has_hung_up = False
         self.serial.subscribe_received(self._received)
         self.serial.hung_up.subscribe(lambda _: self.request_flush())

@@ -37,12 +37,9 @@ from axistwin.sim.wirings import direct
 
 log = getLogger("axistwin.links")
 
-POLL_S = 0.01
-"""Interval in seconds between two polls of the control lines, whose changes cause no event."""
-MAX_QUEUED = 1000
-"""Number of queued actions above which a device counts as lost."""
-LINGER_S = 1.0
-"""Longest time in seconds for which `close` waits for queued actions."""
+POLL_S = 0.01  # Interval in seconds between two polls of the control lines, whose changes cause no event.
+MAX_QUEUED = 1000  # Number of queued actions above which a device counts as lost.
+LINGER_S = 1.0  # Longest time in seconds for which `close` waits for queued actions.
 
 
 class PassThrough(Uart):
@@ -72,8 +69,7 @@ class Relay:
         self._closing = False
         self._lines: Lines | None = None
         self._thread: Thread | None = None
-        self.raw = url.startswith("socket://")
-        """True if the transport carries characters only."""
+        self.raw = url.startswith("socket://")  # True if the transport carries characters only.
         self._worker = ThreadPoolExecutor(1, "axistwin-device")
         self._latest: Future[None] | None = None
         self._asked, self._done = 0, 0

@@ -25,15 +25,13 @@ from axistwin.sim.serial_port import Flow
 
 log = getLogger("axistwin.links")
 
-POLL_S = 0.02
-"""Interval in seconds between two polls of the input lines, whose changes cause no event."""
+POLL_S = 0.02  # Interval in seconds between two polls of the input lines, whose changes cause no event.
 
 
 class SerialDevice:
     """Connects a virtual controller to a serial port of this computer, e.g. /dev/ttyUSB0."""
 
-    flow: Flow | None = Flow.NONE
-    """Flow control is not simulated, because the real host handles the controller's DTR."""
+    flow: Flow | None = Flow.NONE  # Flow control is not simulated, because the real host handles the controller's DTR.
 
     def __init__(self, plug: Plug, url: PortUrl) -> None:
         self.plug, self.name = plug, str(url)

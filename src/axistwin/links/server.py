@@ -23,8 +23,7 @@ if TYPE_CHECKING:
 class OpenPort(Protocol):
     """Interface of a port that is open for clients."""
 
-    url: PortUrl
-    """Actual address of the port; for port 0, with the number that the system has chosen."""
+    url: PortUrl  # Actual address of the port; for port 0, with the number that the system has chosen.
 
     def close(self) -> None: ...
 

@@ -17,14 +17,12 @@ from axistwin.links.tcp import TcpClient
 from axistwin.sim.frames import LineError
 from axistwin.sim.serial_port import Flow
 
-TERMINATOR = b"\r"
-"""End of a command line of an IF1, an IF2 and a SmartMotor."""
+TERMINATOR = b"\r"  # End of a command line of an IF1, an IF2 and a SmartMotor.
 LINES = re.compile(rb"(?:[^\r\n]*[\r\n])*(?:[^\r\n]*#)?[(%]*")
 """Lines of an IF1 or IF2, and behind them what acts without an end of line; # discards what is before it."""
 WORDS = re.compile(rb'(?:(?:[^"\r\n\0 ]|"[^"\r\n\0]*(?:"|(?=[\r\n\0])))*[\r\n\0 ])*')
 """Commands of a SmartMotor: a space ends one, too, except between quotation marks."""
-LONGEST_LINE = FULL
-"""Longest line in bytes; a client that sends more without an end is disconnected."""
+LONGEST_LINE = FULL  # Longest line in bytes; a client that sends more without an end is disconnected.
 SILENCE_S = 0.05
 MOST_SEATS = 100
 LONGEST_S = 2.0
@@ -37,8 +35,7 @@ class Seat:
     def __init__(self, hub: "Hub") -> None:
         self._hub = hub
         self.client: TcpClient | None = None
-        self.waiting = bytearray()
-        """Characters that have not been sent to the controller."""
+        self.waiting = bytearray()  # Characters that have not been sent to the controller.
 
     @property
     def name(self) -> str:
@@ -98,8 +95,7 @@ class Hub:
         self._queue: list[Seat] = []
         """Seats with waiting characters, longest wait first; the seat whose request is in progress is not here."""
         self._turn: Seat | None = None
-        self._complete = False
-        """True after the terminator of the present request."""
+        self._complete = False  # True after the terminator of the present request.
         self._complete_at_s = 0.0
         self._last: tuple[Seat | None, bytes] = None, b""
         """The seat that has sent the last character, and this character."""

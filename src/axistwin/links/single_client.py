@@ -34,12 +34,9 @@ class Gate:
     """Controls whether clients may connect and send data."""
 
     def __init__(self) -> None:
-        self.reason = ""
-        """Reason why the gate is closed; "" while it is open."""
-        self.changes: Signal[[]] = Signal()
-        """Event: the gate has been opened or closed."""
-        self.admitted: Signal[[]] = Signal()
-        """Event: a client has been connected."""
+        self.reason = ""  # Reason why the gate is closed; "" while it is open.
+        self.changes: Signal[[]] = Signal()  # Event: the gate has been opened or closed.
+        self.admitted: Signal[[]] = Signal()  # Event: a client has been connected.
 
     @property
     def closed(self) -> bool:
@@ -64,8 +61,7 @@ class SingleClient(Generic[G]):
     def __init__(self, name: str, pacer: Pacer, gate: Gate | None = None) -> None:
         self.name, self.pacer, self.gate = name, pacer, gate or Gate()
         self.client: G | None = None
-        self.heard_ns = -1
-        """Virtual time at which a client has last sent data, in ns; -1 if none has."""
+        self.heard_ns = -1  # Virtual time at which a client has last sent data, in ns; -1 if none has.
         self._has_refused = False
         self._has_disconnected = False
         """True if the client has disconnected while the gate was closed, i.e. while no client could send data."""

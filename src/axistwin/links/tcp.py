@@ -26,18 +26,14 @@ log = getLogger("axistwin.links")
 
 RECEIVE_BUFFER = 16 * 1024
 """Size of the system's receive buffer; a client that sends too fast is soon blocked, as on a real line."""
-STALLED = 64 * 1024
-"""Largest number of bytes that are buffered for a client that does not read."""
+STALLED = 64 * 1024  # Largest number of bytes that are buffered for a client that does not read.
 WEB_REQUESTS = tuple(
     method + b" /" for method in (b"GET", b"POST", b"HEAD", b"PUT", b"PATCH", b"DELETE", b"OPTIONS")
 )  # fmt: skip
 """First characters of an HTTP request, which any web page can make a browser send; no host begins with them."""
-NUL_LINE = b"\r\0"
-"""End of a line that a telnet client sends."""
-LINGER_S = 1.0
-"""Seconds for which answers are still sent to a client that has closed its side, such as `nc -N`."""
-IDLE_S = 60
-"""Seconds of silence after which the system checks the connection (TCP keep-alive)."""
+NUL_LINE = b"\r\0"  # End of a line that a telnet client sends.
+LINGER_S = 1.0  # Seconds for which answers are still sent to a client that has closed its side, such as `nc -N`.
+IDLE_S = 60  # Seconds of silence after which the system checks the connection (TCP keep-alive).
 
 
 class Connector(Protocol):
@@ -82,8 +78,7 @@ class Connection(asyncio.BufferedProtocol, ABC):
         self._transport: asyncio.Transport
         self._socket: socket.socket
         self._leaving = self._has_sent = False
-        self._begun: bytes | None = b""
-        """First characters from the client, while they can be those of an HTTP request."""
+        self._begun: bytes | None = b""  # First characters from the client, while they can be those of an HTTP request.
 
     # Functions that asyncio calls
 

@@ -5,8 +5,7 @@ from enum import IntEnum
 
 IAC = 0xFF
 SE, SB = 0xF0, 0xFA
-LONGEST_SUBNEGOTIATION = 64
-"""Longest subnegotiation in bytes; a longer one is invalid and discarded."""
+LONGEST_SUBNEGOTIATION = 64  # Longest subnegotiation in bytes; a longer one is invalid and discarded.
 
 
 class Verb(IntEnum):

@@ -32,8 +32,7 @@ class PortUrl:
     port: int = 0
     path: str = ""
     baud: int | None = None
-    cts: str = "rts"
-    """The device's output that an `rfc2217` client sees as CTS: "rts" or "dtr"."""
+    cts: str = "rts"  # The device's output that an `rfc2217` client sees as CTS: "rts" or "dtr".
 
     def __str__(self) -> str:
         if self.scheme in ("tcp", "rfc2217", "bus"):

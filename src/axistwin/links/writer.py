@@ -6,8 +6,7 @@ from logging import getLogger
 
 log = getLogger("axistwin.links")
 
-STALLED = 64 * 1024
-"""Largest number of bytes that are buffered for a slow reader, in addition to the system's buffer."""
+STALLED = 64 * 1024  # Largest number of bytes that are buffered for a slow reader, in addition to the system's buffer.
 
 
 class Writer:

@@ -13,12 +13,9 @@ from axistwin.sim.signal import Signal
 class State(StrEnum):
     """State of a session, e.g. `quiet` while paused; for tests it is in `document.body.dataset.state`."""
 
-    BUSY = "busy"
-    """A step, a `go_to` or a message of the browser is being handled."""
-    RUNNING = "running"
-    """Virtual time passes."""
-    QUIET = "quiet"
-    """The bench is paused, or has no further events, and the page shows its present state."""
+    BUSY = "busy"  # A step, a `go_to` or a message of the browser is being handled.
+    RUNNING = "running"  # Virtual time passes.
+    QUIET = "quiet"  # The bench is paused, or has no further events, and the page shows its present state.
 
 
 class ActionQueue:

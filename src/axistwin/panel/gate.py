@@ -15,8 +15,7 @@ from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from axistwin.links.web_gate import is_loopback, refusal
 
-PERSON = "axistwin-person"
-"""Name of the cookie that identifies a user."""
+PERSON = "axistwin-person"  # Name of the cookie that identifies a user.
 HEADERS = {
     "X-Frame-Options": "DENY",
     "X-Content-Type-Options": "nosniff",

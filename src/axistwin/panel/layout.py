@@ -9,8 +9,7 @@ from urllib.parse import unquote
 from axistwin.panel.people import Person
 
 COOKIE = "axistwin-layout"
-MOST = 2000
-"""Largest length of the stored text; browsers store 4096 bytes, after the encoding of quotes and spaces."""
+MOST = 2000  # Largest length of the stored text; browsers store 4096 bytes, after the encoding of quotes and spaces.
 KEEP = (
     'document.cookie = "axistwin-layout=" + encodeURIComponent({text}) + "; max-age=31536000; path=/; samesite=strict"'
 )

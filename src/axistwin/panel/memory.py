@@ -16,8 +16,7 @@ from nicegui.elements.mixins.value_element import ValueElement
 from axistwin.bench import Bench
 from axistwin.sessions.session import Session
 
-AT_A_TIME = 50
-"""Number of elements freed in one pass of the event loop; this takes less than 1 ms."""
+AT_A_TIME = 50  # Number of elements freed in one pass of the event loop; this takes less than 1 ms.
 
 
 class Memory:

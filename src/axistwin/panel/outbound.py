@@ -9,8 +9,7 @@ from typing import Any, Self
 
 from nicegui import Client, ui
 
-ELEMENTS_AT_A_TIME = 60
-"""Number of elements in one message; the server needs about a millisecond for them."""
+ELEMENTS_AT_A_TIME = 60  # Number of elements in one message; the server needs about a millisecond for them.
 
 
 def execute(client: Client, code: str) -> None:

@@ -34,12 +34,9 @@ from axistwin.panel.views.tabs import Kinds, tabs
 from axistwin.panel.views.terminal import terminal
 from axistwin.sessions.session import Session
 
-FRAME_S = 0.05
-"""Shortest time between two frames of a page."""
-PATIENCE_S = 30.0
-"""Longest time to wait until a browser has drawn a frame; the next frame is then sent."""
-KEPT_PAGES = 3
-"""Largest number of disconnected pages that are kept; the oldest page is emptied if there are more."""
+FRAME_S = 0.05  # Shortest time between two frames of a page.
+PATIENCE_S = 30.0  # Longest time to wait until a browser has drawn a frame; the next frame is then sent.
+KEPT_PAGES = 3  # Largest number of disconnected pages that are kept; the oldest page is emptied if there are more.
 SCRIPTS = "keys.js", "scope.js", "state.js"
 """Scripts of views; they are sent with the page, because a browser ignores scripts that are added later."""
 BEGIN = 'document.documentElement.lang = "en"; document.documentElement.classList.add("building")'
@@ -85,8 +82,7 @@ class Visits:
     """All open pages of a session; a disconnected page is kept for some time."""
 
     def __init__(self, _: Session) -> None:
-        self.building = asyncio.Lock()
-        """Lock that prevents two pages from being built at the same time."""
+        self.building = asyncio.Lock()  # Lock that prevents two pages from being built at the same time.
         self._left: dict[Client, None] = {}
         self._frames: dict[Client, asyncio.Task[None] | None] = {}
         """Update task of each page; None while the page is being built."""
@@ -222,10 +218,8 @@ class _Frames:
 
     def __init__(self, client: Client, context: Context, made: list[Refresh]) -> None:
         self._client, self._context, self._made = client, context, made
-        self._handled = 0
-        """Number of messages from the browser that have been handled."""
-        self._news = asyncio.Event()
-        """Event that ends the wait before the next frame."""
+        self._handled = 0  # Number of messages from the browser that have been handled.
+        self._news = asyncio.Event()  # Event that ends the wait before the next frame.
         self._layout = layout.written(context.person)
         with client:
             ui.on("sent", self._on_sent)

@@ -11,12 +11,9 @@ from axistwin.bench.events import Event, LineBreak, Received, Sent, observing
 from axistwin.sessions.session import Session
 from axistwin.units import MS, to_seconds
 
-KEPT = 20_000
-"""Largest number of stored events per endpoint; on a serial line, each character is an event."""
-SHOWN = 4_000
-"""Largest number of stored events that a newly opened terminal shows."""
-PAUSE_NS = 50 * MS
-"""Longest pause within one line of a terminal; after a longer pause, a new line begins."""
+KEPT = 20_000  # Largest number of stored events per endpoint; on a serial line, each character is an event.
+SHOWN = 4_000  # Largest number of stored events that a newly opened terminal shows.
+PAUSE_NS = 50 * MS  # Longest pause within one line of a terminal; after a longer pause, a new line begins.
 CR, LF = b"\r", b"\n"
 
 Utterance = Sent | Received | LineBreak

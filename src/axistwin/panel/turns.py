@@ -12,8 +12,7 @@ from time import perf_counter
 from typing import Generic, TypeVar
 
 T = TypeVar("T")
-TURN_S = 0.0015
-"""Smallest duration of a piece in seconds; the piece ends at the next call of `breathe`."""
+TURN_S = 0.0015  # Smallest duration of a piece in seconds; the piece ends at the next call of `breathe`.
 _here = threading.local()
 
 

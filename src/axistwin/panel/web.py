@@ -26,13 +26,10 @@ from axistwin.panel.people import People, Person
 from axistwin.panel.talk import Talk
 from axistwin.sessions.session import Session
 
-RECONNECT_S = 30.0
-"""Seconds after which a disconnected page is deleted."""
+RECONNECT_S = 30.0  # Seconds after which a disconnected page is deleted.
 GOODBYE_S = 1
-IDLE_S = 5
-"""Seconds for which a connection without a whole request stays open."""
-MOST_HEAD = 64 * 1024
-"""Longest head of a request in bytes."""
+IDLE_S = 5  # Seconds for which a connection without a whole request stays open.
+MOST_HEAD = 64 * 1024  # Longest head of a request in bytes.
 MOST_CONNECTIONS = 200
 """Open connections of all browsers, some seven each: hosts in the same process need descriptors, too."""
 POLL_S = 0.01
@@ -113,8 +110,7 @@ class Panel:
 class _Connection(AutoHTTPProtocol):  # type: ignore[misc, valid-type]
     """The connection of a browser; it is closed if there are too many, or if no whole request comes soon."""
 
-    head = 0
-    """Number of bytes of a request whose head is not complete."""
+    head = 0  # Number of bytes of a request whose head is not complete.
 
     def connection_made(self, transport: asyncio.Transport) -> None:
         super().connection_made(transport)

@@ -16,12 +16,10 @@ PAGE = Path(__file__).parent / "page"
 ENGINE = ("pyodide.mjs", "pyodide.asm.mjs", "pyodide.asm.wasm", "python_stdlib.zip", "pyodide-lock.json")
 """Files of the npm package `pyodide` that the page loads."""
 ENGINE_LICENCE = "README.md"
-CORE = "pydantic_core-*wasm32.whl"
-"""Wheel of pydantic-core for Pyodide, from the Python Package Index."""
+CORE = "pydantic_core-*wasm32.whl"  # Wheel of pydantic-core for Pyodide, from the Python Package Index.
 LIBRARIES = ("simpy", "pydantic", "typing_extensions", "annotated_types", "typing_inspection", "filelock")
 """Pure Python distributions that axistwin imports in the browser; NumPy is not among them."""
-_DATED = (2020, 1, 1, 0, 0, 0)
-"""Date of all files in the archives, so that equal contents give equal archives."""
+_DATED = (2020, 1, 1, 0, 0, 0)  # Date of all files in the archives, so that equal contents give equal archives.
 
 
 def build(target: Path, engine: Path) -> Path:

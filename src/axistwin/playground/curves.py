@@ -10,8 +10,7 @@ FIRST_INTERVAL_NS = 20 * MS
 """Initial interval of the samples in ns; one reading of a moving servo takes as much computing time as 5 ms of
 motion.
 """
-MOST_SAMPLES = 4096
-"""Number of samples at which every second sample is deleted, and the interval is doubled."""
+MOST_SAMPLES = 4096  # Number of samples at which every second sample is deleted, and the interval is doubled.
 
 
 @dataclass

@@ -9,10 +9,8 @@ from dataclasses import asdict, dataclass
 from axistwin.errors import UsageError
 from axistwin.version import VERSION
 
-LONGEST_LINK = 200_000
-"""Largest number of characters of a link."""
-LONGEST_CONTENTS = 4_000_000
-"""Largest number of bytes of the decompressed contents."""
+LONGEST_LINK = 200_000  # Largest number of characters of a link.
+LONGEST_CONTENTS = 4_000_000  # Largest number of bytes of the decompressed contents.
 
 
 @dataclass(frozen=True)

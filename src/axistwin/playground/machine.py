@@ -31,10 +31,8 @@ from axistwin.sim.serial_port import Flow
 from axistwin.teaching.tutor import Tutor
 from axistwin.version import VERSION
 
-MOST_MESSAGES = 2000
-"""Largest number of messages that are stored until the page reads them; the oldest are deleted."""
-TEXTS = (".toml", *PROGRAMS)
-"""Suffixes of the files that a scene in the playground can use."""
+MOST_MESSAGES = 2000  # Largest number of messages that are stored until the page reads them; the oldest are deleted.
+TEXTS = (".toml", *PROGRAMS)  # Suffixes of the files that a scene in the playground can use.
 _NAME = re.compile(r"[\w. -]+(/[\w. -]+)*")
 
 

@@ -7,14 +7,11 @@ from typing import Any
 from axistwin.lazy import NDArray, np
 from axistwin.units import MS, S
 
-TALL, MIDDLE, LOW, FLAT = 1.15, 0.95, 0.75, 0.55
-"""Heights of a panel in inches."""
+TALL, MIDDLE, LOW, FLAT = 1.15, 0.95, 0.75, 0.55  # Heights of a panel in inches.
 HIDDEN = ("rts", "host.dtr", "host.rts", "host_dtr", "host_rts", "direction", "step", "index")
 """Signals that are drawn only on request, because messages or curves contain the same information."""
-BACKGROUND = (*HIDDEN, "led", "dtr")
-"""Signals that are ignored when the default time range of a chart is chosen."""
-MOST = 10_000
-"""Largest number of points of a curve; longer curves are reduced to the extremes of groups of points."""
+BACKGROUND = (*HIDDEN, "led", "dtr")  # Signals that are ignored when the default time range of a chart is chosen.
+MOST = 10_000  # Largest number of points of a curve; longer curves are reduced to the extremes of groups of points.
 
 
 @dataclass

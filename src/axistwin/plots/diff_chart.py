@@ -8,10 +8,8 @@ from axistwin.traces.reading import Trace, Track
 from axistwin.traces.signals import TEXT
 from axistwin.units import MS
 
-MOST = 12
-"""Largest number of differing signals in a chart."""
-BEFORE_NS, AFTER_NS = 100 * MS, 400 * MS
-"""Least time in the chart before and after the first difference."""
+MOST = 12  # Largest number of differing signals in a chart.
+BEFORE_NS, AFTER_NS = 100 * MS, 400 * MS  # Least time in the chart before and after the first difference.
 
 
 def of_difference(first: Trace, second: Trace, found: Comparison, title: str = "") -> Chart:

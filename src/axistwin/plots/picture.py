@@ -27,16 +27,13 @@ STYLE: dict[Any, Any] = {  # Matplotlib's type hints reject a style of the type 
 }  # fmt: skip
 WIDTH, LANE, WORDS = 10, 0.24, 0.38
 """Width of a picture, height of a lane, and height of the messages of one sender, in inches."""
-WORDS_SIZE, ROWS = 7.5, 2
-"""Font size of messages in points, and number of rows for the messages of one sender."""
+WORDS_SIZE, ROWS = 7.5, 2  # Font size of messages in points, and number of rows for the messages of one sender.
 FAULT_LEVELS, FAULT_LEVEL = 4, 12
 """Largest number of simultaneous faults whose names are drawn, and height of a name in points."""
 LABEL, MARGIN, COUNTS = 0.072, 0.85, 0.6
 """Widths in inches: a character of a label, the margins without labels, a scale on the right."""
-FILES_ONLY = ("agg", "cairo", "pdf", "pgf", "ps", "svg", "template")
-"""Matplotlib backends that cannot open a window."""
-ALL_WORDS = 4.0
-"""Largest height of the messages of all senders together, in inches."""
+FILES_ONLY = ("agg", "cairo", "pdf", "pgf", "ps", "svg", "template")  # Matplotlib backends that cannot open a window.
+ALL_WORDS = 4.0  # Largest height of the messages of all senders together, in inches.
 
 
 def check_suffix(path: Path) -> None:

@@ -14,10 +14,8 @@ from axistwin.traces.signals import COUNT, EVERYTHING, FAULTS, LEVEL, REAL, TEXT
 
 SAYS = ("host_says", "controller_says")
 AXIS = ("pulses", "velocity", "position", "commanded")
-BLANK = r"\x20"
-"""Escape sequence that replaces a space at the end of a text in a trace."""
-RAILS = (0.0, 5.0)
-"""Voltages at which logic levels are drawn: low and high."""
+BLANK = r"\x20"  # Escape sequence that replaces a space at the end of a text in a trace.
+RAILS = (0.0, 5.0)  # Voltages at which logic levels are drawn: low and high.
 
 
 def of_trace(

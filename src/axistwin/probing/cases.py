@@ -16,27 +16,21 @@ class Case:
     name: str
     section: str
     says: tuple[bytes, ...]
-    moves: bool = False
-    """True if the case can change a motor's position, an output or a position counter."""
-    writes: bool = False
-    """True if the case changes a setting."""
+    moves: bool = False  # True if the case can change a motor's position, an output or a position counter.
+    writes: bool = False  # True if the case changes a setting.
     depends: bool = field(default=False, compare=False)
     """True if the answer depends on the machine or on earlier settings; its value is then not compared.
 
     Within the case, requests to which the twin gives the same answer must still have the same answer.
     """
-    form: bool = False
-    """True if only the form of the answer is compared, because its value changes without a command."""
-    wait_s: float = 0.0
-    """Seconds to wait for the effect of each request."""
-    timed: bool = True
-    """False if the time of the answer depends on the machine."""
+    form: bool = False  # True if only the form of the answer is compared, because its value changes without a command.
+    wait_s: float = 0.0  # Seconds to wait for the effect of each request.
+    timed: bool = True  # False if the time of the answer depends on the machine.
     stores: bool = False
     """True if the case needs programs or data in nonvolatile memory, whose contents the probe restores."""
     bare: bool = False
     """True if the case may be performed only without a machine: it follows inputs, or changes switches and brakes."""
-    plug: bool = False
-    """True if the case needs the test plug, which connects outputs to inputs."""
+    plug: bool = False  # True if the case needs the test plug, which connects outputs to inputs.
     waits: tuple[tuple[int, float], ...] = ()
     """Requests by their numbers from 0, and the seconds to wait for each, instead of `wait_s`."""
 
@@ -49,18 +43,14 @@ class Case:
 class Condition:
     """State at the start.  `no_writes`, `no_motion`, `no_memory`, `machine`: why some cases are impossible."""
 
-    facts: dict[str, str] = field(default_factory=dict)
-    """Facts for the report: firmware, part number."""
-    no_writes: str = ""
-    """Reason why the probe must not change settings; "" if the probe may change settings."""
-    no_motion: str = ""
-    """Reason why the probe must not move the motors; "" if motion is possible."""
+    facts: dict[str, str] = field(default_factory=dict)  # Facts for the report: firmware, part number.
+    no_writes: str = ""  # Reason why the probe must not change settings; "" if the probe may change settings.
+    no_motion: str = ""  # Reason why the probe must not move the motors; "" if motion is possible.
     no_memory: str = ""
     """Reason why the probe must not write nonvolatile memory; "" if the probe may write and restore the memory."""
     machine: str = ""
     """Reason why neither motion nor programs are possible, unless the controller has no machine (`as_new`)."""
-    saved: list[bytes] = field(default_factory=list)
-    """Requests that restore what the probe has saved."""
+    saved: list[bytes] = field(default_factory=list)  # Requests that restore what the probe has saved.
 
 
 @dataclass(frozen=True)
@@ -83,8 +73,7 @@ class Dialect:
     """Function that restores what `save` has read; it returns an error, or an empty text."""
     initialise: Callable[[End, Mapping[str, str]], None] = lambda end, facts: None
     """Function that brings a new twin into the state in which it answers in the controller's data format."""
-    patience_s: float = 0.0
-    """Longest time for which the controller can hold back an answer."""
+    patience_s: float = 0.0  # Longest time for which the controller can hold back an answer.
     definitions: tuple[int, ...] = ()
     """First bytes of answers that exist only if a move or a sequence has been defined."""
     candidates: Callable[[Mapping[str, bytes]], dict[str, list[object]]] = lambda answers: {}

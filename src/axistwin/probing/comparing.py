@@ -20,12 +20,10 @@ ATTEMPTS, EXACT_ATTEMPTS = 20, 4
 
 A busy computer delays many answers, but not the same one twenty times.
 """
-CONFIRMED = 2
-"""Number of tries in which the bytes of a case without motion must differ."""
+CONFIRMED = 2  # Number of tries in which the bytes of a case without motion must differ.
 CONTROLS, MOST_LATE = 20, 5
 """Requests after a case that was always late, and how many of them may be late if the port is not to blame."""
-REAL_TIME = 0.05
-"""Largest deviation, in seconds, of the first answers on a port that keeps real time."""
+REAL_TIME = 0.05  # Largest deviation, in seconds, of the first answers on a port that keeps real time.
 BUSY = "the computer or the port was too slow: repeat the probe while the computer does nothing else"
 
 
@@ -73,8 +71,7 @@ class Probe:
     condition: Condition
     results: list[Result] = field(default_factory=list)
     times_judged: bool = False
-    fits: list[str] = field(default_factory=list)
-    """Options that remove differences, such as `busy="ignore"`."""
+    fits: list[str] = field(default_factory=list)  # Options that remove differences, such as `busy="ignore"`.
     not_restored: str = ""
     """What the probe could not restore in nonvolatile memory, and the remedy; "" if everything is as before."""
 
@@ -103,16 +100,12 @@ class Settings:
     as_new: bool = False
     """True if the controller has just been switched on and has no machine connected: all values are then compared."""
     line: UartFormat | None = None
-    find_options: bool = True
-    """True if the probe shall also find options of the twin that remove differences."""
+    find_options: bool = True  # True if the probe shall also find options of the twin that remove differences.
     report: Callable[[int, int], None] = lambda done, total: None
     """Function that is called with the number of finished cases and the number of all cases."""
-    memory: bool = False
-    """True if the probe may write programs and the data EEPROM; it restores both."""
-    plug: bool = False
-    """True if a test plug connects outputs of the controller to its inputs."""
-    first_difference: bool = False
-    """True if the probe shall end at the first difference."""
+    memory: bool = False  # True if the probe may write programs and the data EEPROM; it restores both.
+    plug: bool = False  # True if a test plug connects outputs of the controller to its inputs.
+    first_difference: bool = False  # True if the probe shall end at the first difference.
 
 
 def probe(model: str, end: End, settings: Settings | None = None, twin: "Twin | None" = None) -> Probe:
@@ -186,8 +179,7 @@ class Twin:
         bench.run(POWER_UP_S)
         family.initialise(self.end, facts or {})
         family.examine(self.end, made)
-        self.request = family.first(facts or {})
-        """Request that is answered in every state."""
+        self.request = family.first(facts or {})  # Request that is answered in every state.
         self.first = [self.end.ask(self.request) for _ in range(EXCHANGES)][-1]
         self._patience_s = family.patience_s
         self.answers = {case: self.answer(case) for case in cases}

@@ -18,10 +18,8 @@ LISTS = 0x92
 DEFINITIONS = (0xC8, 0xCB, 0xCE)
 DELETE, DEFAULTS, ECHO = 0xD7, 0x31, 0x01
 INDEXER = 0x50
-STREAMED = 16
-"""Bytes of a command with streamed distances."""
-STATUS = b""
-"""Request for the user bits, which the host reads without a command."""
+STREAMED = 16  # Bytes of a command with streamed distances.
+STATUS = b""  # Request for the user bits, which the host reads without a command.
 BACK = ("34 00 00 00 00", "00", "00", "00", "00", "33 00 00 00 0A", "00", "33 FF FF FF F6", "00")
 """Return to the absolute zero after a run, whose length depends on the host's time; the last move is then known."""
 UNDEFINED = (0x02, 0x07, 0x16, 0x1F, 0x5F, 0x6A, 0xBA, 0xC0, 0xF0, 0xFC)

@@ -14,33 +14,25 @@ from axistwin.errors import LinkError
 from axistwin.hosts.end import LATE_S, TRIES, End
 from axistwin.probing.cases import Case, Condition, Dialect, around, connect
 
-SPOIL = b"~"
-"""A character that is no command: a message with this character only sets the data fault bit."""
-FORMAT = b"U61\r"
-"""Data format message for an IF1 that waits for one."""
-TERMINATORS = {"\r": "U", "\n": "V"}
-"""First letter of the data format message by the terminator of messages."""
+SPOIL = b"~"  # A character that is no command: a message with this character only sets the data fault bit.
+FORMAT = b"U61\r"  # Data format message for an IF1 that waits for one.
+TERMINATORS = {"\r": "U", "\n": "V"}  # First letter of the data format message by the terminator of messages.
 FRAMES = {"data": 3, "0": 5, "1": 7}
 """First digit of the data format message for one stop bit, by what bit 8 of a character is."""
 SILENT, ECHOING = {"N": 1, "O": 3, "E": 4}, {"N": 2, "O": 5, "E": 6}
 """Second digit of the data format message by the parity, without and with echo."""
-HIGHEST = {b"K": 255, b"I": 255, b"F": 63, b"O": 63, b"N": 0xFFFF_FFFF}
-"""Largest answer to each request with a number."""
-LETTER, NUMBER = rb"[CEF\[\xc3\xc5\xc6\xdb].{1,2}", rb"[0-9\xb0-\xb9]+[\r\x8d]\n?"
-"""Forms of answers, also with bit 8."""
+HIGHEST = {b"K": 255, b"I": 255, b"F": 63, b"O": 63, b"N": 0xFFFF_FFFF}  # Largest answer to each request with a number.
+LETTER, NUMBER = rb"[CEF\[\xc3\xc5\xc6\xdb].{1,2}", rb"[0-9\xb0-\xb9]+[\r\x8d]\n?"  # Forms of answers, also with bit 8.
 SEVEN_BITS = bytes(code & 0x7F for code in range(256))
 SETTINGS = "<>@^D"
-LEGAL = {"<": 4, ">": 1, "@": 400, "^": 4, "D": 0}
-"""Legal values of the settings; the cases end with these values."""
+LEGAL = {"<": 4, ">": 1, "@": 400, "^": 4, "D": 0}  # Legal values of the settings; the cases end with these values.
 UNKNOWN = "!\"&'.;?\\_`abcdefghijklmnopqrstuvwxyz{|}"
 IN_MOTION = 1
-PLUGGED = "125"
-"""Outputs that the test plug connects to the inputs 1, 2 and 3."""
+PLUGGED = "125"  # Outputs that the test plug connects to the inputs 1, 2 and 3.
 RECALCULATION_S = 1.2
 """Longest time for the calculation of a new ramp, in seconds; answers are delayed during this time."""
 RAMP_S = 0.06
-HAND_OVER_S = 3.0
-"""Longest duration of the steps before a hand-over."""
+HAND_OVER_S = 3.0  # Longest duration of the steps before a hand-over.
 
 
 def cases(product: Product, facts: Mapping[str, str]) -> list[Case]:

@@ -43,8 +43,7 @@ class Page:
     provenance: Mapping[str, str]
     chart: "Chart | None" = None
     summary: Sequence[str] = ()
-    details: Sequence[str] = field(default=())
-    """Lines that explain the verdict, e.g. the traceback of a failed test."""
+    details: Sequence[str] = field(default=())  # Lines that explain the verdict, e.g. the traceback of a failed test.
 
 
 def check_path(path: Path) -> None:

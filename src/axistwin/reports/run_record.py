@@ -18,13 +18,11 @@ from axistwin.sim.frames import LineError
 from axistwin.sim.pins import PULLED_UP_VOLTS
 from axistwin.units import MS, S
 
-LENGTH = 100_000
-"""Largest number of stored messages, level changes and voltages; the oldest are deleted."""
+LENGTH = 100_000  # Largest number of stored messages, level changes and voltages; the oldest are deleted.
 
 _LINES = re.compile(rb"[^\r\n]*(?:\r\n|\r|\n)|[^\r\n]+")
 
-PAUSE_NS = 500 * MS
-"""Longest silence within a message; longer than five characters at 110 baud."""
+PAUSE_NS = 500 * MS  # Longest silence within a message; longer than five characters at 110 baud.
 
 
 @dataclass
@@ -37,8 +35,7 @@ class Message:
     data: bytearray
     last_ns: int
     errors: LineError = LineError.NONE
-    whole: bool = False
-    """True if all bytes of the message arrived at the same time, as on a bus."""
+    whole: bool = False  # True if all bytes of the message arrived at the same time, as on a bus.
 
     @property
     def terminated(self) -> bool:

@@ -15,14 +15,10 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
 
 
-REST_NS = 80 * MS
-"""Time in ns without a change of position after which a move has ended."""
-JITTER = 2
-"""Largest deviation from the commanded position, in counts, that is not regarded as motion."""
-WINDOW = 16
-"""Number of samples for the average of a velocity; one count per sample is already thousands of counts/s."""
-MOVES = 10_000
-"""Largest number of stored moves; the oldest are deleted."""
+REST_NS = 80 * MS  # Time in ns without a change of position after which a move has ended.
+JITTER = 2  # Largest deviation from the commanded position, in counts, that is not regarded as motion.
+WINDOW = 16  # Number of samples for the average of a velocity; one count per sample is already thousands of counts/s.
+MOVES = 10_000  # Largest number of stored moves; the oldest are deleted.
 
 
 @dataclass
@@ -35,14 +31,11 @@ class ServoMove:
     origin: int
     target: int
     last_ns: int
-    top_rate: float = 0.0
-    """Highest speed in counts/s, in either direction."""
+    top_rate: float = 0.0  # Highest speed in counts/s, in either direction.
     low: int = 0
     high: int = 0
-    commanded: bool = False
-    """True if the commanded position has moved."""
-    end_ns: int | None = None
-    """Virtual time at the end of the move; None while the axis is moving."""
+    commanded: bool = False  # True if the commanded position has moved.
+    end_ns: int | None = None  # Virtual time at the end of the move; None while the axis is moving.
     units: MachineUnits | None = None
     unit = "counts"
 

@@ -31,8 +31,7 @@ from axistwin.sim.pins import Pin, connect
 from axistwin.units import to_ns
 
 Path_ = toml_places.Path
-FAULTS_A_SCENE = 1_000
-"""Factor for the seed of a scene in the seeds of its faults."""
+FAULTS_A_SCENE = 1_000  # Factor for the seed of a scene in the seeds of its faults.
 
 T = TypeVar("T")
 

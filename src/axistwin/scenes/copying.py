@@ -22,8 +22,7 @@ _LOAD = re.compile(rf"(\s*{LOAD}\s+)(.*\S)\s*")
 _LOAD_LINE = re.compile(rf"^([ \t]*(?:[\w.-]+:[ \t]+)?![ \t]*{LOAD}[ \t]+)([^;\n]*[^;\s])", re.MULTILINE)
 """Patterns for an action that loads a program, in a script and in a conversation; the last group is the file."""
 
-Where = tuple[str, int]
-"""A table of a scene, e.g. ("controller", 0)."""
+Where = tuple[str, int]  # A table of a scene, e.g. ("controller", 0).
 
 
 class Files:
@@ -48,8 +47,7 @@ class Copy:
     def __init__(self, bench: Bench, files: Files) -> None:
         self.bench, self.files = bench, files
         self.script: list[dict[str, Any]] = []
-        self.read: dict[str, str] = {}
-        """Texts of the programs at the time when the bench was built, by path."""
+        self.read: dict[str, str] = {}  # Texts of the programs at the time when the bench was built, by path.
         self._hosts: dict[str, list[str]] = {}
 
     def add_host(self, name: str, file: str, text: str) -> None:

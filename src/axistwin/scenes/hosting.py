@@ -32,18 +32,14 @@ from axistwin.programs.hex_commands import command_strings
 from axistwin.sim.clock import LAST, Clock, Event, Procedure, Process, kill
 from axistwin.units import MS, to_ns
 
-CHECK_NS = 20 * MS
-"""Interval in virtual time at which a host checks if its controller is ready."""
+CHECK_NS = 20 * MS  # Interval in virtual time at which a host checks if its controller is ready.
 TALK, STORED = ".talk", ".sms"
-KINDS = {".if1": "digiplan", ".181x": "compumotor"}
-"""Controller family by suffix of the program file."""
-HOST, SCRIPT = 0, 1
-"""Order of actions that have the same time: first hosts, then actions at the machine."""
+KINDS = {".if1": "digiplan", ".181x": "compumotor"}  # Controller family by suffix of the program file.
+HOST, SCRIPT = 0, 1  # Order of actions that have the same time: first hosts, then actions at the machine.
 OUTSIDE = "outside"
 _OUTSIDE = re.compile(rf"{OUTSIDE}(?: ([1-9]\d?))?")
 """`; host: outside` marks a conversation of an outside host, whose acts come after those of the scene's hosts."""
-Start = Callable[[], Process]
-"""Starts a host."""
+Start = Callable[[], Process]  # Starts a host.
 
 
 def prepare_host(

@@ -28,8 +28,7 @@ _MESSAGES = {
 }
 
 
-MOST_NESTED = 50
-"""Largest depth of nested tables and lists."""
+MOST_NESTED = 50  # Largest depth of nested tables and lists.
 
 
 def _depth(value: object) -> int:

@@ -9,10 +9,8 @@ The scanner expects texts that `tomllib` has accepted.  It reads headers and key
 import re
 from collections.abc import Iterator, Mapping
 
-Path = tuple[str | int, ...]
-"""Keys and list indexes from the top of the file."""
-Place = tuple[int, int]
-"""Line and column, from 1."""
+Path = tuple[str | int, ...]  # Keys and list indexes from the top of the file.
+Place = tuple[int, int]  # Line and column, from 1.
 
 _KEY = r"""(?:[\w-]+|"[^"\n]*"|'[^'\n]*')"""
 _KEYS = rf"{_KEY}(?:[ \t]*\.[ \t]*{_KEY})*"

@@ -16,8 +16,7 @@ class Break:
 
     def __init__(self, sentence: str, bench: Bench, on_hit: Callable[["Break"], None], *, once: bool = False) -> None:
         self.sentence, self.once = sentence, once
-        self.hits = 0
-        """Number of times that this breakpoint has stopped the bench."""
+        self.hits = 0  # Number of times that this breakpoint has stopped the bench.
         self._bench, self._on_hit = bench, on_hit
         self._unsubscribe: Callable[[], object] | None = None
         self._on = False

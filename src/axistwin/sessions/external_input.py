@@ -24,8 +24,7 @@ from axistwin.units import to_seconds
 
 log = getLogger("axistwin")
 
-REPEATING = "the run is being repeated"
-"""Reason that is given to new clients that are refused during a replay."""
+REPEATING = "the run is being repeated"  # Reason that is given to new clients that are refused during a replay.
 
 
 class ExternalInput:
@@ -33,8 +32,7 @@ class ExternalInput:
 
     def __init__(self, pacer: Pacer) -> None:
         self.pacer, self.journal = pacer, Journal()
-        self.texts: dict[str, str] = {}
-        """Texts of loaded programs, by file name."""
+        self.texts: dict[str, str] = {}  # Texts of loaded programs, by file name.
         self._ports: dict[str, RecordedPort] = {}
         self._buses: dict[str, RecordedBus] = {}
         self._muted = False
@@ -171,8 +169,7 @@ class Replay:
         self.clock, self.journal, self.end_ns = clock, journal, end_ns
         self._do, self._on_end = do, on_end
         self._cursor = Cursor()
-        self.finished = False
-        """True if all recorded actions are performed and the time `end_ns` is reached."""
+        self.finished = False  # True if all recorded actions are performed and the time `end_ns` is reached.
         self._schedule_next()
 
     def is_due_by(self, time_ns: int) -> bool:

@@ -14,8 +14,7 @@ from axistwin.errors import UsageError
 Act = Say | Do
 MAX_BYTES = 64 << 20
 """Maximum size of a journal in bytes.  A host that polls ten times a second fills the journal in two weeks."""
-BYTES_PER_ACT = 400
-"""Approximate size in bytes of each different action."""
+BYTES_PER_ACT = 400  # Approximate size in bytes of each different action.
 
 
 @dataclass(frozen=True)
@@ -31,18 +30,15 @@ class Cursor:
     """Reading position in a journal (the list of recorded actions of users and hosts)."""
 
     offset: int = 0
-    time_ns: int = 0
-    """Time of the preceding actions."""
-    known: int = 0
-    """Number of different actions before this position."""
+    time_ns: int = 0  # Time of the preceding actions.
+    known: int = 0  # Number of different actions before this position.
 
 
 @dataclass(frozen=True)
 class Tail:
     """Recorded actions that `Journal.truncate` has deleted.  `Journal.restore` restores these actions."""
 
-    cursor: Cursor
-    """Position at which the journal was cut."""
+    cursor: Cursor  # Position at which the journal was cut.
     data: bytes
     acts: tuple[Act, ...]
     last_ns: int

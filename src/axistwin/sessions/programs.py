@@ -10,8 +10,7 @@ from axistwin.diagnostics.checking import check_kind, diagnose_text
 from axistwin.errors import ProgramError, UsageError
 from axistwin.scenes.hosting import KINDS, STORED
 
-OFF_S = 0.1
-"""Time for which a controller is switched off before a load; its serial lines become idle in this time."""
+OFF_S = 0.1  # Time for which a controller is switched off before a load; its serial lines become idle in this time.
 
 
 def checked(bench: Bench, name: str, filename: str, text: str, known: Mapping[str, str]) -> str:

@@ -35,40 +35,31 @@ log = getLogger("axistwin")
 
 T = TypeVar("T")
 Attach = Callable[[Bench], object]
-DRAIN_EVERY = 1 << 12
-"""Number of clock advances between two readings of ports without a client."""
+DRAIN_EVERY = 1 << 12  # Number of clock advances between two readings of ports without a client.
 
 
 class State(Enum):
     """State of a session.  In this class, a move is a `step` or a `go_to`."""
 
-    IDLE = auto()
-    """Paused at the beginning, or after a completed move."""
+    IDLE = auto()  # Paused at the beginning, or after a completed move.
     RUNNING = auto()
-    HALTED = auto()
-    """Paused by a user, a breakpoint or an error."""
+    HALTED = auto()  # Paused by a user, a breakpoint or an error.
     MOVING = auto()
-    MOVE_HALTED = auto()
-    """A breakpoint or an error is ending the move."""
-    MOVE_ABORTED = auto()
-    """A user is ending the move."""
+    MOVE_HALTED = auto()  # A breakpoint or an error is ending the move.
+    MOVE_ABORTED = auto()  # A user is ending the move.
 
 
-UNDO_S = 10.0
-"""Time in seconds during which the panel offers to undo a deletion of recorded actions."""
+UNDO_S = 10.0  # Time in seconds during which the panel offers to undo a deletion of recorded actions.
 
 
 @dataclass(frozen=True)
 class Forgotten:
     """The deleted part of a recording, which `undo` can restore."""
 
-    at_ns: int
-    """Virtual time at which the part was deleted."""
-    recorded_ns: int
-    """End of the recording."""
+    at_ns: int  # Virtual time at which the part was deleted.
+    recorded_ns: int  # End of the recording.
     tail: Tail
-    since_s: float
-    """Wall-clock time at which the part was deleted."""
+    since_s: float  # Wall-clock time at which the part was deleted.
 
 
 class Session:
@@ -82,21 +73,17 @@ class Session:
         self, build: Callable[[], Bench], speed: float | None = 1.0, *, scene: Scene | None = None, served: bool = False
     ) -> None:
         self._build, self._scene, self._served = build, scene, served
-        self.bench = build()
-        """The present bench; going back in time replaces it."""
+        self.bench = build()  # The present bench; going back in time replaces it.
         self.pacer = Pacer(self.bench.clock, speed)
-        self.server: Server | None = None
-        """The server of real ports; None before `serve`."""
+        self.server: Server | None = None  # The server of real ports; None before `serve`.
         self.breaks: list[Break] = []
         self.halted_by = ""
         """Text of the breakpoint or error that has stopped the bench; "" if a user has paused the bench."""
-        self.progress: float | None = None
-        """Progress of `go_to`, 0 to 1; None if not active."""
+        self.progress: float | None = None  # Progress of `go_to`, 0 to 1; None if not active.
         self.input = ExternalInput(self.pacer)
         """External input; its `serial(name)` and `bus(name)` are ports for hosts, whose actions are recorded."""
         self.input.attach(self.bench)
-        self.waiting = False
-        """True after `wait`, until virtual time starts."""
+        self.waiting = False  # True after `wait`, until virtual time starts.
         self._attached: list[Attach] = []
         self._replay: Replay | None = None
         self._recorded_ns = 0

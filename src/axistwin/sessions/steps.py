@@ -12,11 +12,9 @@ from axistwin.sim.clock import Clock
 from axistwin.units import MS
 
 KINDS = "event", "character", "statement", "move"
-PAUSE_NS = 50 * MS
-"""Longest pause in ns between two characters of one message."""
+PAUSE_NS = 50 * MS  # Longest pause in ns between two characters of one message.
 NEVER_NS = 1 << 63
-MAX_S = 60
-"""Longest virtual time of a step in seconds."""
+MAX_S = 60  # Longest virtual time of a step in seconds.
 
 
 class StepObserver:
@@ -29,8 +27,7 @@ class StepObserver:
         self._seen = False
         self._talk: tuple[str, bool] | None = None
         """Endpoint of the present message, and True for a message of the host."""
-        self.end_ns = NEVER_NS
-        """Time at which the present message ends unless another character follows."""
+        self.end_ns = NEVER_NS  # Time at which the present message ends unless another character follows.
         self._moving = self._movements()
 
     def __enter__(self) -> Self:

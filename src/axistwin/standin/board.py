@@ -32,12 +32,10 @@ class Board(ABC):
         self.state = State.CONNECTING
         self.events: deque[Event] = deque()
         """Events in order of time; the caller removes the events that it has handled."""
-        self.stopped: set[str] = set()
-        """Controllers whose axes are stopped; their pulses are discarded."""
+        self.stopped: set[str] = set()  # Controllers whose axes are stopped; their pulses are discarded.
         self._axes = {axis.axis: axis for axis in wiring.axes}
         self._levels: dict[str, bool] = {}
-        self._stopping: dict[str, str] = {}
-        """Reasons of stops by the host, by controller."""
+        self._stopping: dict[str, str] = {}  # Reasons of stops by the host, by controller.
 
     def fail(self, reason: str, *, gone: bool = False) -> None:
         """Mark the board as failed for the given reason.

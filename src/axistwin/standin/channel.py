@@ -6,11 +6,9 @@ from dataclasses import dataclass
 
 from axistwin.standin import frames
 
-WINDOW = 12
-"""Largest number of unacknowledged blocks; the sequence number has four bits."""
+WINDOW = 12  # Largest number of unacknowledged blocks; the sequence number has four bits.
 LEAST_TIMEOUT_S, MOST_TIMEOUT_S = 0.025, 0.5
-RECEIVE_WINDOW = 192
-"""Size of a board's receive buffer in bytes, if its dictionary has no RECEIVE_WINDOW."""
+RECEIVE_WINDOW = 192  # Size of a board's receive buffer in bytes, if its dictionary has no RECEIVE_WINDOW.
 
 
 @dataclass
@@ -18,18 +16,15 @@ class _Sent:
     content: bytes
     data: bytes
     at_s: float
-    again: bool = False
-    """True if the block has been sent more than once."""
-    lost: bool = False
-    """True if the board has requested the block again."""
+    again: bool = False  # True if the block has been sent more than once.
+    lost: bool = False  # True if the board has requested the block again.
 
 
 class Channel:
     """Converts commands to bytes for a board, and its bytes to responses; it does no input or output."""
 
     def __init__(self, window: int = RECEIVE_WINDOW) -> None:
-        self.window = window
-        """Size of the board's receive buffer in bytes."""
+        self.window = window  # Size of the board's receive buffer in bytes.
         self._reader = frames.Reader()
         self._first = 0  # Number of the oldest message block that the board has not acknowledged.
         self._agreed = False  # True after the board has acknowledged at least one message block.
@@ -38,8 +33,7 @@ class Channel:
         self._timeout_s = LEAST_TIMEOUT_S
         self._silent_since_s: float | None = None
         self._gone_back_to = -1
-        self.again = 0
-        """Number of blocks that were sent more than once."""
+        self.again = 0  # Number of blocks that were sent more than once.
 
     @property
     def damaged(self) -> int:

@@ -4,18 +4,15 @@ import math
 
 import numpy as np
 
-SAMPLES = 256
-"""Number of clock samples to which the line is fitted."""
+SAMPLES = 256  # Number of clock samples to which the line is fitted.
 ENOUGH = 40
 """Smallest number of clock samples for a usable fit: they cover 0.8 s, so that the slope is good to some 5 ppm."""
 MOST_DEVIATION = 0.01
 """Largest relative deviation of a board's clock from its nominal frequency; ceramic resonators have up to 0.5 %."""
-WORST_S = 50e-6
-"""Largest error, in seconds, of the line at the start of motion."""
+WORST_S = 50e-6  # Largest error, in seconds, of the line at the start of motion.
 NOISE_S = 5e-6
 """Error of a sample with the shortest round trip; of any other sample, half of the extra time may be error too."""
-LEAST_SPREAD_S = 0.01
-"""Smallest standard deviation of the samples' times from which a slope is computed."""
+LEAST_SPREAD_S = 0.01  # Smallest standard deviation of the samples' times from which a slope is computed.
 MOST_SHIFT_S, MOST_SLOPE = 20e-6, 20e-6
 """Largest change of a steady line by one sample: at the sample's time, and relative, of its slope."""
 _WRAP = 1 << 32

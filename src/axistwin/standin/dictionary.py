@@ -28,8 +28,7 @@ class Format:
     number: int
     text: str
     name: str
-    parameters: tuple[tuple[str, bool], ...]
-    """Name of each parameter, and True if the parameter is a string."""
+    parameters: tuple[tuple[str, bool], ...]  # Name of each parameter, and True if the parameter is a string.
 
     @classmethod
     def read(cls, text: str, number: int) -> "Format":

@@ -11,8 +11,7 @@ from axistwin.standin.motors import Motor, motor
 from axistwin.standin.output import Output
 from axistwin.units import S
 
-INPUT_S = 0.02
-"""Constant delay, in seconds, from a change of an input at the board to the same change on the bench."""
+INPUT_S = 0.02  # Constant delay, in seconds, from a change of an input at the board to the same change on the bench.
 
 
 class Driver:
@@ -20,12 +19,10 @@ class Driver:
 
     def __init__(self, bench: Bench, boards: Sequence[Output], tell: Callable[[str], None]) -> None:
         self.bench, self.boards, self._tell = bench, boards, tell
-        self.live = False
-        """True while pulses are sent to the boards."""
+        self.live = False  # True while pulses are sent to the boards.
         self.stopped: dict[str, str] = {}
         """Controllers that are stopped until the user continues, each with the reason."""
-        self.positions: dict[str, int] = {}
-        """Latest position that a board has reported for each axis."""
+        self.positions: dict[str, int] = {}  # Latest position that a board has reported for each axis.
         self.collected: Signal[[float]] = Signal()
         """Emitted when all pulses before a time, in s of the host's clock, have been sent to the boards."""
         self._offset_s = 0.0

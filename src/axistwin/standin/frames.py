@@ -6,8 +6,7 @@
 from collections.abc import Iterator
 
 SYNC = 0x7E
-LEAST, MOST = 5, 64
-"""Shortest and longest block, in bytes."""
+LEAST, MOST = 5, 64  # Shortest and longest block, in bytes.
 MOST_CONTENT = MOST - LEAST
 _DESTINATION, _SEQUENCE = 0x10, 0x0F
 
@@ -33,8 +32,7 @@ class Reader:
 
     def __init__(self) -> None:
         self._data = bytearray()
-        self.damaged = 0
-        """Number of times that damaged bytes have been discarded."""
+        self.damaged = 0  # Number of times that damaged bytes have been discarded.
 
     def feed(self, data: bytes) -> Iterator[tuple[int, bytes]]:
         """Add received bytes, and yield the sequence number and content of each complete block."""

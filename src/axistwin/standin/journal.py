@@ -16,8 +16,7 @@ from zlib import crc32
 from axistwin.errors import UsageError, reason
 from axistwin.standin.writer import Writer
 
-MOST_TAIL = 65_536
-"""Largest number of bytes that the last line of a journal can have."""
+MOST_TAIL = 65_536  # Largest number of bytes that the last line of a journal can have.
 LOST = "\nlost: lines are missing here\n"
 END, FORMER_END = b"end ", b"was "
 

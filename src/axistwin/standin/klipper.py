@@ -18,10 +18,8 @@ from axistwin.standin.wiring import DrivenAxis, InputPin, Objects, Wiring, objec
 IDENTIFY_BYTES = 40
 MOST_FITS, FIT_SAMPLES = 4, 100
 """Number of attempts to fit a line to the board's clock at the start, and samples of each: 2 s."""
-SPARE_MOVES = 6
-"""Number of entries of the board's queue that are never used."""
-MOVES_PER_AXIS = 12
-"""Number of entries of the board's queue that each axis needs."""
+SPARE_MOVES = 6  # Number of entries of the board's queue that are never used.
+MOVES_PER_AXIS = 12  # Number of entries of the board's queue that each axis needs.
 LIMIT_REASON, HOST_REASON = 1, 2
 """Reasons of a trigger in a board's report: an input has changed, or the host has stopped the axes."""
 
@@ -45,8 +43,7 @@ class KlipperBoard(Board):
         self._stream = StepStream(self.connection, journal)
         self._objects, self._timetable = Objects(), Timetable(wiring, 1.0)
         self._next_feed_s = 0.0
-        self._handled: set[str] = set()
-        """Controllers and inputs whose latest trigger has been handled."""
+        self._handled: set[str] = set()  # Controllers and inputs whose latest trigger has been handled.
         self.connection.begin(self._start())
 
     def receive(self, data: bytes, now_s: float) -> None:

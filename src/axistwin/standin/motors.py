@@ -17,8 +17,7 @@ THRESHOLD = 0.75
 TOLERANCE_PARTS, MOST_TOLERANCE_S = 4, 100e-6
 """Tolerance of counts, whose times are known to a sample of 246 µs: a part of the time between two, and a limit."""
 
-Run = tuple[int, "NDArray[np.int64]"]
-"""Direction and times of consecutive pulses."""
+Run = tuple[int, "NDArray[np.int64]"]  # Direction and times of consecutive pulses.
 
 
 class Steps:
@@ -61,10 +60,8 @@ class Counts:
         self.pulses = axis.position
         """Number of positive pulses that the axis has made, minus the number of negative pulses."""
         self._mark_ns = axis.clock.now // MARK_NS * MARK_NS
-        self._smooth = float(self.pulses)
-        """Smooth position at the latest mark."""
-        self._before = self.pulses
-        """Position before the first of the samples."""
+        self._smooth = float(self.pulses)  # Smooth position at the latest mark.
+        self._before = self.pulses  # Position before the first of the samples.
         self._samples: list[Samples] = []
         self._release: Callable[[], None] | None = None
         axis.subscribe(self._samples.append)
@@ -154,8 +151,7 @@ class Counts:
             self._release = None
 
 
-Motor = Steps | Counts
-"""An emulated axis whose pulses drive a real motor."""
+Motor = Steps | Counts  # An emulated axis whose pulses drive a real motor.
 
 
 def motor(axis: StepperAxis | ServoAxis) -> Motor:

@@ -5,8 +5,7 @@ import sys
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 
-PRIORITY = 10
-"""Real-time priority of all threads; drivers of the operating system have 50."""
+PRIORITY = 10  # Real-time priority of all threads; drivers of the operating system have 50.
 
 
 @contextmanager

@@ -12,10 +12,8 @@ from axistwin.standin.dictionary import Dictionary
 from axistwin.standin.klipper import KlipperBoard
 from axistwin.standin.output import Deliver, Output
 
-WAIT_S = 0.002
-"""Longest time to wait for a byte from the board; commands are sent at least at this interval."""
-WRITE_S = 1.0
-"""Longest time in seconds for a board to take its bytes."""
+WAIT_S = 0.002  # Longest time to wait for a byte from the board; commands are sent at least at this interval.
+WRITE_S = 1.0  # Longest time in seconds for a board to take its bytes.
 IDENTIFY_S = 3.0
 _CHUNK = 40
 

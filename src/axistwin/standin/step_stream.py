@@ -12,8 +12,7 @@ from axistwin.standin.wiring import AxisPins
 
 TOLERANCE_S = 0.5e-6
 """Largest difference in seconds between the planned time and the requested time of a pulse of a step output."""
-LEAD_S = 0.01
-"""Shortest time in seconds from sending a step command to its first pulse."""
+LEAD_S = 0.01  # Shortest time in seconds from sending a step command to its first pulse.
 
 
 @dataclass
@@ -22,13 +21,10 @@ class Motor:
 
     pins: AxisPins
     oid: int
-    last: int | None = None
-    """Tick of the last planned pulse; None before the first pulse."""
+    last: int | None = None  # Tick of the last planned pulse; None before the first pulse.
     direction: int = 0
-    position: int = 0
-    """Net number of planned pulses."""
-    origin: int | None = None
-    """The board's step count at position 0."""
+    position: int = 0  # Net number of planned pulses.
+    origin: int | None = None  # The board's step count at position 0.
     waiting: deque[tuple[int | None, int, int, Steps]] = field(default_factory=deque)
     """Unsent commands: base tick (None: the last pulse), tick of the first pulse, direction, steps."""
 
@@ -50,8 +46,7 @@ class StepStream:
     def __init__(self, connection: Connection, journal: Callable[[str], None]) -> None:
         self._connection, self._note = connection, journal
         self.motors: dict[str, Motor] = {}
-        self.room = 0
-        """Number of step commands that the board's queue can hold."""
+        self.room = 0  # Number of step commands that the board's queue can hold.
         self._in_queue: list[float] = []
 
     def of(self, controllers: Sequence[str]) -> Iterator[Motor]:

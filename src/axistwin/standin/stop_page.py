@@ -20,12 +20,9 @@ from axistwin.links.urls import parse_as
 from axistwin.links.web_gate import is_address, is_loopback, refusal
 
 PAGE, JSON, TEXT = "text/html; charset=utf-8", "application/json", "text/plain; charset=utf-8"
-MOST_VISITORS = 32
-"""Number of open connections; a further visitor takes the place of the oldest."""
-BACKLOG = 128
-"""Number of visitors that can wait for their connection."""
-LONGEST_S = 5.0
-"""Longest time in seconds of a visit."""
+MOST_VISITORS = 32  # Number of open connections; a further visitor takes the place of the oldest.
+BACKLOG = 128  # Number of visitors that can wait for their connection.
+LONGEST_S = 5.0  # Longest time in seconds of a visit.
 MOST_HEAD, MOST_BODY = 8192, 8192
 """Longest head of a request, and number of bytes after it that are read and discarded."""
 Answer = tuple[HTTPStatus, str, bytes]
@@ -48,8 +45,7 @@ class StopPage:
                 "choose another port, e.g. --panel 8081"
             ) from None
         host, port = self._socket.getsockname()[:2]
-        self.url = f"http://{f'[{host}]' if ':' in host else host}:{port}/"
-        """URL of the page."""
+        self.url = f"http://{f'[{host}]' if ':' in host else host}:{port}/"  # URL of the page.
         name = socket.gethostname().lower()
         self._names = {found.host.lower(), name, f"{name}.local"}
         self._only_here = is_loopback(host)

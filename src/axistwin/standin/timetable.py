@@ -15,11 +15,9 @@ from dataclasses import dataclass
 
 from axistwin.standin.wiring import InputPin, Wiring
 
-SLOT_S = 25e-6
-"""Shortest time between two events; an AVR at 16 MHz needs 17 µs for one."""
+SLOT_S = 25e-6  # Shortest time between two events; an AVR at 16 MHz needs 17 µs for one.
 LEAST_SLOTS = 4
-REPORT_S = 0.1
-"""Approximate interval at which the board repeats the state of its triggers, as responses may be lost."""
+REPORT_S = 0.1  # Approximate interval at which the board repeats the state of its triggers, as responses may be lost.
 
 
 @dataclass(frozen=True)

@@ -38,8 +38,7 @@ class BoardPin:
 class DrivenAxis:
     """A simulated axis with a real motor; `travel` and `max_rate` limit position and pulse rate."""
 
-    axis: str
-    """Name of the axis on the bench: "controller.axis"."""
+    axis: str  # Name of the axis on the bench: "controller.axis".
     travel: tuple[int, int] | None = field(default=None, kw_only=True)
     max_rate: float | None = field(default=None, kw_only=True)
 
@@ -70,12 +69,10 @@ class AxisPins(DrivenAxis):
 class Sensed:
     """A controller's input that is wired to a real switch."""
 
-    to: str
-    """Terminal of the bench, as "controller.pin"."""
+    to: str  # Terminal of the bench, as "controller.pin".
     stops: int | None = field(default=None, kw_only=True)
     """Direction of motion that the input stops: +1, -1, or 0 for both; None if the input stops no motion."""
-    stops_at: bool = field(default=False, kw_only=True)
-    """Level of the terminal that stops the motion."""
+    stops_at: bool = field(default=False, kw_only=True)  # Level of the terminal that stops the motion.
 
     @property
     def controller(self) -> str:
@@ -93,8 +90,7 @@ class InputPin(Sensed):
 class Switched:
     """An output, which has the level `safe` when the motors have been stopped."""
 
-    source: str
-    """Terminal of the bench, as "controller.pin"."""
+    source: str  # Terminal of the bench, as "controller.pin".
     safe: bool = field(default=False, kw_only=True)
 
 
@@ -146,10 +142,8 @@ class Wiring(Wired):
     inputs: tuple[InputPin, ...] = ()
     outputs: tuple[OutputPin, ...] = ()
     watchdog_s: float = 0.1
-    stop_sample_s: float = 100e-6
-    """Shortest time between two readings of an input that stops motion."""
-    sample_s: float = 1e-3
-    """Approximate time between two readings of any other input."""
+    stop_sample_s: float = 100e-6  # Shortest time between two readings of an input that stops motion.
+    sample_s: float = 1e-3  # Approximate time between two readings of any other input.
 
     @cached_property
     def enables(self) -> tuple[BoardPin, ...]:

@@ -4,10 +4,8 @@ from collections.abc import Callable
 from queue import SimpleQueue
 from threading import Thread
 
-MOST_WAITING = 100_000
-"""Number of lines that can wait; further lines are lost."""
-END_S = 5.0
-"""Longest time in seconds to wait for the last lines."""
+MOST_WAITING = 100_000  # Number of lines that can wait; further lines are lost.
+END_S = 5.0  # Longest time in seconds to wait for the last lines.
 
 
 class Writer(Thread):

@@ -24,13 +24,10 @@ from axistwin.sweeps.workers import LIMIT_S, Task, Workers
 from axistwin.version import VERSION
 
 CONNECT_S = 10
-PER_THREAD = 3
-"""Number of submitted batches for each thread of the cluster, so that no worker is idle."""
-BATCH_S, MOST_TASKS = 0.2, 32
-"""Real time of a batch, and its largest number of tasks."""
+PER_THREAD = 3  # Number of submitted batches for each thread of the cluster, so that no worker is idle.
+BATCH_S, MOST_TASKS = 0.2, 32  # Real time of a batch, and its largest number of tasks.
 _POLL_S = 0.5
-_processes: dict[int, tuple[bytes, Workers]] = {}
-"""Pickled job and process by thread of a Dask worker."""
+_processes: dict[int, tuple[bytes, Workers]] = {}  # Pickled job and process by thread of a Dask worker.
 
 
 class Cluster:
@@ -41,8 +38,7 @@ class Cluster:
         self._runner, self._address, self._limit_s = runner, scheduler, limit_s
         self._setup = pickle.dumps(runner.job)
         self._client: Any = None
-        self._run_s: float = BATCH_S
-        """Real time of a run, on average over the latest runs."""
+        self._run_s: float = BATCH_S  # Real time of a run, on average over the latest runs.
 
     def __enter__(self) -> Self:
         from distributed import Client  # Only a sweep on a cluster imports Dask, which loads slowly.
@@ -98,8 +94,7 @@ class Cluster:
 
     def _rows(self, waiting: Iterator[Task]) -> Iterator[Row]:
         under_way: dict[Any, list[Task]] = {}
-        again: list[Task] = []
-        """Tasks to be sent one by one, because their batch failed."""
+        again: list[Task] = []  # Tasks to be sent one by one, because their batch failed.
         ended: SimpleQueue[Any] = SimpleQueue()
         counted_s, threads = 0.0, 0
         while True:

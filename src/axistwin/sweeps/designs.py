@@ -16,10 +16,8 @@ from axistwin.fault_injection.table import Chance
 from axistwin.sweeps import sensitivity
 from axistwin.sweeps.values import MOST, Value, Values
 
-Points = Sequence[tuple[Value, ...]]
-"""One tuple of values for each run; the values are in the order of the paths."""
-_SEEDS_APART = 0x9E37_79B9
-"""Difference between the random seeds of two neighbouring paths."""
+Points = Sequence[tuple[Value, ...]]  # One tuple of values for each run; the values are in the order of the paths.
+_SEEDS_APART = 0x9E37_79B9  # Difference between the random seeds of two neighbouring paths.
 
 
 def points(design: str, varied: Mapping[str, Values], runs: int | None, seed: int) -> Points:

@@ -23,12 +23,10 @@ from axistwin.units import S, to_ns
 from axistwin.version import VERSION
 
 Row = dict[str, Any]
-BOUND_NS = 3600 * S
-"""Longest virtual time of a run in a sweep without `for`, in seconds."""
+BOUND_NS = 3600 * S  # Longest virtual time of a run in a sweep without `for`, in seconds.
 OWN_COLUMNS = ("run", "ended", "seconds", "difference", "notes", "wall_s", "worker", "version", "scene")
 """Columns of the results other than those of paths, measures and claims."""
-APART = ("wall_s", "worker", "version")
-"""Columns of the results that may differ if the same sweep is run again."""
+APART = ("wall_s", "worker", "version")  # Columns of the results that may differ if the same sweep is run again.
 
 
 @dataclass(frozen=True)
@@ -41,8 +39,7 @@ class Job:
     claims: Mapping[str, str] = field(default_factory=dict)
     for_s: float | None = None
     program: Path | None = None
-    host: str | None = None
-    """A Python host, `module:function`, that is called with the bench of each run."""
+    host: str | None = None  # A Python host, `module:function`, that is called with the bench of each run.
 
     def hash(self) -> str:
         texts = {Path(name).name: text for name, text in self.scene.programs.items()}

@@ -22,8 +22,7 @@ PLAN, SUM = b"axistwin.sweep", b"axistwin.sum"
 """Metadata keys under which a Parquet file stores the plan of its sweep, and its check sum."""
 MARK, DIGITS = b"SHA-256 of this file with zeros here: ", 64
 """Beginning of the value of `SUM`, and its number of hexadecimal digits."""
-ROWS, FLUSH_S = 1000, 2.0
-"""Largest number of rows in a part file, and seconds after which a part file is written."""
+ROWS, FLUSH_S = 1000, 2.0  # Largest number of rows in a part file, and seconds after which a part file is written.
 Plan = Mapping[str, Any]
 
 

@@ -26,8 +26,7 @@ from axistwin.scenes.scene import Scene
 from axistwin.sweeps.values import Value
 
 Keys = tuple[str | int, ...]
-TERMS = ("at", "nth", "duration", "seed")
-"""Properties of every fault that a sweep can vary."""
+TERMS = ("at", "nth", "duration", "seed")  # Properties of every fault that a sweep can vary.
 WIRE = ("delay_ms", "invert")
 OWN = ("line", "history", "master_ratio")
 """Keys of a controller that a sweep can vary, in addition to the options of its model."""

@@ -20,12 +20,9 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-MOST_PATHS = 4
-"""Largest number of scatter plots in a row; no plots are drawn for further paths."""
-WORST = 3
-"""Number of worst runs of each claim that are labelled."""
-_SIZE = 2.6, 2.2
-"""Width and height of one plot in inches."""
+MOST_PATHS = 4  # Largest number of scatter plots in a row; no plots are drawn for further paths.
+WORST = 3  # Number of worst runs of each claim that are labelled.
+_SIZE = 2.6, 2.2  # Width and height of one plot in inches.
 
 
 def save(table: "pa.Table", plan: Mapping[str, Any], path: Path, title: str = "") -> None:

@@ -67,8 +67,7 @@ class Recording:
         self._names = {name: self._full(name) for name in signals}
         self._events: dict[str, list[int]] = {sentence: [] for sentence in events}
         self._plans: dict[str, list[_LostSteps]] = {}
-        self._periods: dict[str, int] = {}
-        """Sample period of each servo axis in ns."""
+        self._periods: dict[str, int] = {}  # Sample period of each servo axis in ns.
         wanted = {part for name in self._names.values() for part in self._parts(name)}
         self._signals = [signal for name, signal in self._known.items() if name in wanted]
         self._stack = ExitStack()

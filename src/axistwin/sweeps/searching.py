@@ -20,10 +20,8 @@ from axistwin.sweeps.journal import Journal
 from axistwin.sweeps.values import Values
 from axistwin.sweeps.workers import Engine
 
-FAR = 1e12
-"""Finite number that replaces an infinite robustness in a search."""
-SIGMA = 0.3
-"""Initial step size of the search, as a fraction of each range."""
+FAR = 1e12  # Finite number that replaces an infinite robustness in a search.
+SIGMA = 0.3  # Initial step size of the search, as a fraction of each range.
 
 
 def check(varied: Mapping[str, Values], claims: Mapping[str, str]) -> None:

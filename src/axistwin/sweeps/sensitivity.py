@@ -11,10 +11,8 @@ import numpy as np
 from axistwin.errors import UsageError, require
 from axistwin.lazy import pa
 
-DESIGN = "saltelli"
-"""Design that a sweep must have for Sobol indices."""
-_SEED = 1
-"""Random seed for the resampling that estimates confidence intervals."""
+DESIGN = "saltelli"  # Design that a sweep must have for Sobol indices.
+_SEED = 1  # Random seed for the resampling that estimates confidence intervals.
 
 
 def fractions(paths: int, runs: int, seed: int) -> list[list[float]]:

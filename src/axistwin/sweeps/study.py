@@ -18,10 +18,8 @@ from axistwin.storage import Lock, write_error
 from axistwin.sweeps.journal import being_written, check_plan
 from axistwin.sweeps.values import Value, Values
 
-NAME = "axistwin"
-"""Name of the Optuna study in its database file."""
-BATCH = 4
-"""Number of trials that Optuna proposes at once."""
+NAME = "axistwin"  # Name of the Optuna study in its database file.
+BATCH = 4  # Number of trials that Optuna proposes at once.
 PLAN, DELIVERED, RESULTS, NOTES, SUM = "plan", "delivered", "results", "notes", "sum"
 MAGIC = b"SQLite format 3\0"
 

@@ -11,8 +11,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-_SIZE = 9.0, 3.4
-"""Width and height of the whole picture in inches."""
+_SIZE = 9.0, 3.4  # Width and height of the whole picture in inches.
 
 
 def save(plan: Mapping[str, Any], delivered: Trial, trials: Sequence[Trial], path: Path, title: str = "") -> None:

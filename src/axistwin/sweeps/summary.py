@@ -10,8 +10,7 @@ from axistwin.lazy import pa
 from axistwin.sweeps import sensitivity
 from axistwin.sweeps.journal import digest
 
-WORST = 3
-"""Number of runs that are listed for each claim, worst first."""
+WORST = 3  # Number of runs that are listed for each claim, worst first.
 
 
 def summary(table: "pa.Table", plan: Mapping[str, Any]) -> dict[str, Any]:

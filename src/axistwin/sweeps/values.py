@@ -15,10 +15,8 @@ from typing import Any
 from axistwin.errors import UsageError
 from axistwin.numbers import NumberError, check_values, real, shortened, whole
 
-Value = Any
-"""A value in a scene file: a number, a text or a list."""
-MOST = 1_000_000
-"""Largest number of values of one path."""
+Value = Any  # A value in a scene file: a number, a text or a list.
+MOST = 1_000_000  # Largest number of values of one path.
 EXAMPLES = "1..5, 0.05..0.4:8, 1..1000:4:log, [1, 2], normal(1, 0.1), uniform(0, 1) or triangular(0, 1, 3)"
 _NUMBER = r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?"
 _RANGE = re.compile(rf"(?P<low>{_NUMBER})\.\.(?P<high>{_NUMBER})(?::(?P<count>\d+))?(?P<log>:log)?", re.ASCII)
@@ -36,8 +34,7 @@ class Values:
     """Function that returns the value at a fraction of the distribution; 0 <= fraction < 1."""
     interval: tuple[float, float, bool] | None = None
     """Both ends of a range, and True for a logarithmic range; the ends are integers in a range of integers."""
-    ordered: bool = True
-    """True if all values are numbers; a search needs numbers."""
+    ordered: bool = True  # True if all values are numbers; a search needs numbers.
 
     @property
     def samples(self) -> list[Value]:

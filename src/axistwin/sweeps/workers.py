@@ -19,12 +19,10 @@ from axistwin.child import Child, pipes
 from axistwin.sweeps.job import Job, Row, Runner
 from axistwin.sweeps.values import Value
 
-Task = tuple[int, Sequence[Value]]
-"""One task of a worker: the number of a run, and its values."""
+Task = tuple[int, Sequence[Value]]  # One task of a worker: the number of a run, and its values.
 TRIES = 3
 LIMIT_S = 600.0
-SHORT_S = 0.1
-"""Longest real time of a run after which a worker gets its next task in advance."""
+SHORT_S = 0.1  # Longest real time of a run after which a worker gets its next task in advance.
 _POLL_S = 0.2
 
 
@@ -160,14 +158,10 @@ class _Worker:
     def __init__(self, name: str, setup: bytes) -> None:
         self.name, self.late = name, False
         self.process: Child | None = None
-        self.tasks: deque[Task] = deque()
-        """Tasks that the process has; the first one runs."""
-        self.tries = 0
-        """Number of times that the process was killed in the first task."""
-        self.ahead = 1
-        """Number of tasks that the process may have."""
-        self.stopped = False
-        """True if the process was killed and is not needed until the next task."""
+        self.tasks: deque[Task] = deque()  # Tasks that the process has; the first one runs.
+        self.tries = 0  # Number of times that the process was killed in the first task.
+        self.ahead = 1  # Number of tasks that the process may have.
+        self.stopped = False  # True if the process was killed and is not needed until the next task.
         self._setup, self._ready = setup, False
         self._since_s: float | None = None
         """Time at which the first task began; None: the process is not ready, or has no task."""

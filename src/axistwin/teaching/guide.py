@@ -11,8 +11,7 @@ from axistwin.controllers.diagnostics import Diagnostic
 from axistwin.controllers.front import Lamp, Reading, Word
 from axistwin.teaching.remedies import Remedies
 
-MOST_DEVIATION = 20
-"""The reciprocal of the deviation of a baud rate that still lets characters arrive whole, 5 %."""
+MOST_DEVIATION = 20  # The reciprocal of the deviation of a baud rate that still lets characters arrive whole, 5 %.
 Refused = Callable[[bytes], Sequence[Diagnostic]]
 """Function that returns the diagnostics of a line that the host would send now."""
 
@@ -73,10 +72,8 @@ class Guide(ABC):
 
     suggestions: tuple[tuple[str, str], ...] = ()
     """Examples of lines to type when moves are possible, with their meanings."""
-    accepted: tuple[bytes, ...] = ()
-    """Beginnings of the lines that the controller obeys before it is ready."""
-    single_characters = False
-    """True if each command is one character, and commands follow each other without blanks."""
+    accepted: tuple[bytes, ...] = ()  # Beginnings of the lines that the controller obeys before it is ready.
+    single_characters = False  # True if each command is one character, and commands follow each other without blanks.
 
     def words(self) -> list[Term]:
         return [

@@ -10,8 +10,7 @@ from dataclasses import dataclass
 from axistwin.bench import FAMILIES, Controller
 from axistwin.errors import UsageError
 
-STARTED_S = 1.5
-"""Virtual time in seconds from power-up until every model is ready for the first command of a lesson."""
+STARTED_S = 1.5  # Virtual time in seconds from power-up until every model is ready for the first command of a lesson.
 
 
 @dataclass(frozen=True)
@@ -21,10 +20,8 @@ class Evidence:
     controller: Controller
     said: str
     heard: str
-    origin: Mapping[str, int]
-    """Position of each axis at the beginning of the step."""
-    rest: Mapping[str, int]
-    """Position of each axis before its last move."""
+    origin: Mapping[str, int]  # Position of each axis at the beginning of the step.
+    rest: Mapping[str, int]  # Position of each axis before its last move.
 
 
 Check = Callable[[Evidence], bool]
@@ -172,8 +169,7 @@ BOARD = (
     )),
 )  # fmt: skip
 
-LIMITS = 0x606
-"""The four limit bits of a SmartMotor's status word."""
+LIMITS = 0x606  # The four limit bits of a SmartMotor's status word.
 CLEAR = Step("Make pins C and D inputs, and clear the limit fault: type  UCI UDI ZS", ("UCI UDI ZS", ":wait 1"),
              lambda it: not int(it.controller.registers["RW"].read()) & LIMITS)  # fmt: skip
 START = Step("Give acceleration and velocity, and go to 4000: type  A=100 V=200000 P=4000 G",

@@ -7,8 +7,7 @@ from axistwin.bench.codec import codec_of
 from axistwin.bench.events import Event, Received, Sent, observing
 from axistwin.teaching.lessons import Evidence, Lesson
 
-HUNTING = 4
-"""Distance in encoder counts by which a servo motor may move while it holds its position."""
+HUNTING = 4  # Distance in encoder counts by which a servo motor may move while it holds its position.
 
 
 class Pupil:

@@ -3,8 +3,7 @@
 from axistwin.bench import Controller
 from axistwin.plant.axes import Axis
 
-MARGIN = 100
-"""Distance from a limit switch at which a suggested move ends."""
+MARGIN = 100  # Distance from a limit switch at which a suggested move ends.
 
 
 class Remedies:

@@ -14,8 +14,7 @@ from axistwin.units import MS
 
 LIMITS = (("Bp", "C", "plus", "UCI"), ("Bm", "D", "minus", "UDI"))
 LIMIT_AGAIN = {"UCI": "UCP", "UDI": "UDM"}
-REVERSED = 2
-"""The bit of F that reverses the direction of the shaft."""
+REVERSED = 2  # The bit of F that reverses the direction of the shaft.
 GIVEN = (("RA", "acceleration", "A=100"), ("V", "velocity", "V=100000"))
 """The parameters without which nothing moves: register, name and an example."""
 STARTED = 200 * MS

@@ -15,8 +15,7 @@ from axistwin.sim.manual_actions import ManualAct
 from axistwin.teaching.guide import Guide, Refused, Term
 from axistwin.teaching.remedies import Remedies
 
-LONGEST = 400
-"""Number of earlier lines that are checked together with a new line of the host."""
+LONGEST = 400  # Number of earlier lines that are checked together with a new line of the host.
 _CODE = re.compile(r"[A-Z]{2}\d{3}")
 _NUMBER = re.compile(r"-?\d+")
 
@@ -26,16 +25,14 @@ class Tutor:
 
     def __init__(self, controller: Controller, remedies: Remedies | None = None) -> None:
         self.controller = controller
-        self.on = True
-        """True if the tutor is switched on."""
+        self.on = True  # True if the tutor is switched on.
         self.guide = _guide(controller, self._refused)
         self.guide.remedies = remedies or Remedies()
         self._lines: list[bytes] = []
         self._request = b""
         self._reply = bytearray()
         self._told: set[str] = set()
-        self._ignored = ""
-        """Why the controller has ignored the last line in its present state, with the remedy."""
+        self._ignored = ""  # Why the controller has ignored the last line in its present state, with the remedy.
         controller.manual_actions.subscribe(self._handled)
         controller.subscribe_refusals(self._note_refusal)
 

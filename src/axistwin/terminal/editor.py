@@ -25,8 +25,7 @@ from axistwin.terminal.state import state_file
 if TYPE_CHECKING:
     from axistwin.terminal.virtual import VirtualEnd
 
-EVERY_S = 0.25
-"""Interval in seconds at which the status line is updated."""
+EVERY_S = 0.25  # Interval in seconds at which the status line is updated.
 Lines = Queue[bytes | LinkError | None]
 
 

@@ -17,8 +17,7 @@ from axistwin.terminal.screen import Screen
 from axistwin.units import S
 
 T = TypeVar("T")
-PATIENCE_NS = 60 * S
-"""Longest virtual time to wait until the controller is idle."""
+PATIENCE_NS = 60 * S  # Longest virtual time to wait until the controller is idle.
 
 
 class VirtualEnd(ABC):

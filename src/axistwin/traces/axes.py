@@ -13,8 +13,7 @@ from axistwin.plant.servo_axis import ServoAxis
 from axistwin.traces.batch import Part, Rows
 from axistwin.units import S
 
-STEP_NS = 250
-"""Width of a step pulse in a trace: less than half the shortest period of all controllers."""
+STEP_NS = 250  # Width of a step pulse in a trace: less than half the shortest period of all controllers.
 
 CACHED_MOVES, MOST_CACHED_PULSES = 8, 1 << 14
 """Number of moves whose pulse times are cached, and largest number of pulses of such a move."""

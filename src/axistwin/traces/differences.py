@@ -39,8 +39,7 @@ class Comparison:
 
     differences: Sequence[Difference]
     compared: int
-    until_ns: int
-    """End of the compared time."""
+    until_ns: int  # End of the compared time.
     ends: tuple[int, int]
 
 

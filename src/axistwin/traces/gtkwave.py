@@ -14,8 +14,7 @@ if TYPE_CHECKING:
 
 HEAD = "[*] axistwin writes this file again with each trace; a file saved by GTKWave is kept"
 """First line of a save file.  GTKWave writes another first line."""
-WIDTH_PIXELS, LANE_ROWS = 1000, 3
-"""Width of the waves, for the zoom, and height of an analog lane in rows."""
+WIDTH_PIXELS, LANE_ROWS = 1000, 3  # Width of the waves, for the zoom, and height of an analog lane in rows.
 
 
 def write_save_file(waves: Path, signals: Sequence[Signal], begin_ns: int, end_ns: int) -> None:

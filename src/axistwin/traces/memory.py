@@ -18,8 +18,7 @@ from axistwin.traces.trace import Tracer
 if TYPE_CHECKING:
     Changes = tuple[NDArray[np.int64], NDArray[Any]]
 
-POINTS = 1 << 17
-"""A signal with more than twice this number of changes is reduced to this number."""
+POINTS = 1 << 17  # A signal with more than twice this number of changes is reduced to this number.
 
 
 @contextmanager

@@ -23,16 +23,14 @@ from axistwin.traces.output import Output, Provenance
 from axistwin.traces.signals import REAL, TEXT, Signal
 
 MAGIC = b"PAR1"
-TAIL = 8
-"""Number of bytes after the table of contents: its length and the magic number."""
+TAIL = 8  # Number of bytes after the table of contents: its length and the magic number.
 GROUP, MOST = 1 << 16, 1 << 20
 """Least and largest number of rows in a full row group; groups grow, so that the table of contents stays small."""
 GROWS_AFTER = 64
 NOTHING = memoryview(bytes(1 << 24))
 SIGNALS, UNITS, END = "axistwin.signals", "axistwin.units", "end"
 INTEGER, NUMBER, WORDS, NONE = range(4)
-KINDS = {REAL: NUMBER, TEXT: WORDS}
-"""Column for the values of a signal, by kind; other kinds: `INTEGER`."""
+KINDS = {REAL: NUMBER, TEXT: WORDS}  # Column for the values of a signal, by kind; other kinds: `INTEGER`.
 OPTIONS: dict[str, Any] = {
     "compression": "zstd",
     "use_dictionary": ["signal", "text"],
@@ -62,8 +60,7 @@ class ParquetSink:
         self._new = False
         self._contents: Any = None
         self._place = len(MAGIC)  # Position in the Parquet file at which the present block of rows begins.
-        self._rewritable = 0
-        """Number of bytes at the end of the Parquet file that the next call of `flush` replaces."""
+        self._rewritable = 0  # Number of bytes at the end of the Parquet file that the next call of `flush` replaces.
         output.append(MAGIC)
         waiting = ChangeQueue(signals)
         for n, value in enumerate(first):

@@ -30,8 +30,7 @@ class ReportedRegisters:
     def __init__(self, places: Sequence[int], registers: Mapping[str, Register]) -> None:
         self._places = places
         self._known = [register.read() for register in registers.values()]
-        self.rows = Rows(3)
-        """Changes reported by the controller: times, indices of registers, new values."""
+        self.rows = Rows(3)  # Changes reported by the controller: times, indices of registers, new values.
 
     def parts(self, _since_ns: int, before_ns: int) -> list[Part]:
         """Remove and return the changes of each register before `before_ns`."""

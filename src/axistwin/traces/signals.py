@@ -16,10 +16,8 @@ from axistwin.sim.pins import UserPin
 
 LEVEL, COUNT, STEP, TEXT, REAL = "wire", "integer", "step", "string", "real"
 """Kinds of signals: a level (0 or 1), an integer, a step pulse, a text, and a floating-point number."""
-FAULTS = "faults"
-"""Name of the signal that contains the names of all active faults of a controller and its machine."""
-DEFAULT = "default"
-"""Pattern that selects terminals, axes, messages and faults, but no registers."""
+FAULTS = "faults"  # Name of the signal that contains the names of all active faults of a controller and its machine.
+DEFAULT = "default"  # Pattern that selects terminals, axes, messages and faults, but no registers.
 EVERYTHING = "*"
 UNITS = {
     ("pulses", COUNT): "pulses", ("velocity", REAL): "pulses/s", ("position", COUNT): "counts",
@@ -36,11 +34,9 @@ class Signal:
     scope: str
     name: str
     kind: str
-    register: bool = False
-    """True for a register; the default pattern does not select registers."""
+    register: bool = False  # True for a register; the default pattern does not select registers.
     also: tuple[str, ...] = ()
-    costly: bool = False
-    """True if tracing takes much time; only the full name selects such a signal, not a pattern."""
+    costly: bool = False  # True if tracing takes much time; only the full name selects such a signal, not a pattern.
 
     @property
     def full(self) -> str:

@@ -6,8 +6,7 @@ from contextlib import ExitStack
 from axistwin.bench import Bench, endpoints
 from axistwin.traces.batch import Value
 
-LONGEST = 256
-"""Longest message without a terminator, in characters."""
+LONGEST = 256  # Longest message without a terminator, in characters.
 
 
 class Dialogue:

@@ -35,8 +35,7 @@ from axistwin.traces.signals import DEFAULT, FAULTS, TEXT, Signal, catalogue, ch
 from axistwin.traces.streams import Dialogue
 from axistwin.units import to_seconds
 
-CHUNK = 1 << 15
-"""Approximate number of changes in a piece."""
+CHUNK = 1 << 15  # Approximate number of changes in a piece.
 FLUSH_S = 2.0
 
 _log = logging.getLogger("axistwin.trace")
@@ -62,8 +61,7 @@ class tracing:  # noqa: N801  # used as `with tracing(bench, path):`
         self._began_ns = bench.now
         self._make = sink_for(path)
         self._flushed_s = 0.0
-        self.incomplete = False
-        """True if the trace, or the save file of GTKWave, could not be written."""
+        self.incomplete = False  # True if the trace, or the save file of GTKWave, could not be written.
         self._chosen = supported(path, choose(catalogue(bench), patterns))
 
     def __enter__(self) -> Self:
@@ -140,8 +138,7 @@ class Tracer:
         self.failed: Callable[[OSError], None] = lambda error: None
         self._places = {signal.full: n for n, signal in enumerate(signals)}
         self._waiting = ChangeQueue(signals)
-        self.written_ns = bench.now
-        """All changes before this time have been written."""
+        self.written_ns = bench.now  # All changes before this time have been written.
         self._moves = 0
         self._writing = False
         self._steppers: list[StepperTrace] = []

@@ -7,8 +7,7 @@ from textwrap import wrap
 
 import click
 
-NARROWEST = 100
-"""Width in characters that a terminal needs for a table; on a narrower one, each row is a paragraph."""
+NARROWEST = 100  # Width in characters that a terminal needs for a table; on a narrower one, each row is a paragraph.
 
 
 def print_rows(headings: Sequence[str], rows: Iterable[Sequence[str]], title: str = "") -> None:

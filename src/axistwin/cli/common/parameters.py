@@ -8,8 +8,7 @@ import click
 from axistwin.numbers import NumberError, real, shortened
 from axistwin.storage import STANDARD_INPUT
 
-FILE = click.Path(dir_okay=False, path_type=Path)
-"""A file."""
+FILE = click.Path(dir_okay=False, path_type=Path)  # A file.
 
 
 class ProgramFile(click.Path):
@@ -21,12 +20,10 @@ class ProgramFile(click.Path):
 
 
 PROGRAM = ProgramFile(dir_okay=False, path_type=Path)
-MOST_S = 1e9
-"""Longest accepted time in seconds, about thirty years; a longer time is probably a typing error."""
+MOST_S = 1e9  # Longest accepted time in seconds, about thirty years; a longer time is probably a typing error.
 UNITS = {"kb": 1e3, "mb": 1e6, "gb": 1e9, "tb": 1e12, "": 1}
 MOST_BYTES = 1e18
-TRACE_LIMIT = "1GB"
-"""Default of `--trace-limit`."""
+TRACE_LIMIT = "1GB"  # Default of `--trace-limit`.
 
 
 class Number(click.FloatRange):

@@ -18,8 +18,7 @@ from axistwin.version import VERSION
 
 COLOURS = {">": None, "<": "green", "!": "magenta", "=": "cyan"}
 """Colour of each kind of line: message of the host, message of the controller, action, reached state."""
-WIDTH = 22
-"""Width of the column of messages in characters; after a longer message, its note is on the next line."""
+WIDTH = 22  # Width of the column of messages in characters; after a longer message, its note is on the next line.
 
 NEXT = (
     ("axistwin learn if1", "six short lessons about an IF1"),

@@ -12,8 +12,7 @@ from axistwin.reports.columns import columns
 from axistwin.traces.differences import Comparison, Difference, Tolerance, compare
 from axistwin.units import S, to_ns
 
-MOST = 20
-"""Largest number of differing signals that are printed."""
+MOST = 20  # Largest number of differing signals that are printed.
 
 
 @click.command()

@@ -8,8 +8,7 @@ from serial.tools import list_ports
 from axistwin.errors import LinkError
 from axistwin.standin.sender import identify
 
-KLIPPER_USB = 0x1D50
-"""USB vendor of boards with Klipper's firmware."""
+KLIPPER_USB = 0x1D50  # USB vendor of boards with Klipper's firmware.
 NOT_ASKED = "not asked, as it may be another device: name it to ask"
 
 

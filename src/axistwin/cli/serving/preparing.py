@@ -18,10 +18,8 @@ from threading import Event, Thread
 from axistwin.bench import Bench, product
 from axistwin.errors import UsageError
 
-DELAY_S = 0.1
-"""Seconds before the thread starts, so that the first answers are not delayed."""
-SWITCH_S = 0.0005
-"""Longest time in seconds for which the thread keeps the interpreter, except in a library."""
+DELAY_S = 0.1  # Seconds before the thread starts, so that the first answers are not delayed.
+SWITCH_S = 0.0005  # Longest time in seconds for which the thread keeps the interpreter, except in a library.
 CHILD = """
 import os, sys
 hasattr(os, "nice") and os.nice(10)
@@ -51,8 +49,7 @@ class _Preparation:
     def __init__(self, models: Counter[str], speed: float | None) -> None:
         self._models, self._speed = models, speed
         self._stopped = Event()
-        self.ended = Event()
-        """Event that is set when all models are prepared."""
+        self.ended = Event()  # Event that is set when all models are prepared.
 
     def stop(self) -> None:
         self._stopped.set()

@@ -31,8 +31,7 @@ log = logging.getLogger("axistwin")
 
 USUAL = UartFormat(9600, 8, "N", 2)
 ON_FOR_S = 2.0
-RESOLUTION_NS = US
-"""Resolution of the recorded times in ns."""
+RESOLUTION_NS = US  # Resolution of the recorded times in ns.
 
 
 @click.command(context_settings={"help_option_names": ["-h", "--help"]})

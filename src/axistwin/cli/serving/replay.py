@@ -16,8 +16,7 @@ from axistwin.errors import UsageError
 from axistwin.programs import running
 from axistwin.units import MS
 
-WIDEST = 40
-"""Largest width of a message in the table, in characters."""
+WIDEST = 40  # Largest width of a message in the table, in characters.
 
 
 @click.command(context_settings={"help_option_names": ["-h", "--help"]})

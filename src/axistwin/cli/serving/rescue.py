@@ -15,8 +15,7 @@ from axistwin.probing.rescue.compumotor import SETUP
 from axistwin.probing.rescue.saving import SCENE, check_new
 from axistwin.sim.frames import UartFormat
 
-SHOWN = {"RSP": "sample period and firmware", "RCKS": "checksums"}
-"""Names of values that are printed, in words."""
+SHOWN = {"RSP": "sample period and firmware", "RCKS": "checksums"}  # Names of values that are printed, in words.
 
 
 @click.command(context_settings={"help_option_names": ["-h", "--help"]})

@@ -278,8 +278,7 @@ def _log_hints(bench: Bench) -> None:
         controller.subscribe_hint(partial(logging.getLogger("axistwin").warning, "%s: %s", name))
 
 
-Show = Callable[[str | None], None]
-"""Function that prints the ports; its argument is the address of the panel."""
+Show = Callable[[str | None], None]  # Function that prints the ports; its argument is the address of the panel.
 
 
 async def _serve(

@@ -24,8 +24,7 @@ class Served(NamedTuple):
     build: Callable[[], Bench]
     ports: Callable[[Bench], Ports]
     """Function that returns the name and URL of each port.  It raises UsageError for impossible ports."""
-    scene: "Scene | None" = None
-    """The scene; None for a model."""
+    scene: "Scene | None" = None  # The scene; None for a model.
 
     @property
     def waits(self) -> bool:

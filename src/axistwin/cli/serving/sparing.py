@@ -3,8 +3,7 @@
 import logging
 from collections import Counter
 
-IN_FULL = 10
-"""Number of log records of each logger that are written in full, with their tracebacks."""
+IN_FULL = 10  # Number of log records of each logger that are written in full, with their tracebacks.
 OURS = "axistwin"
 
 

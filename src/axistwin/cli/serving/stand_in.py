@@ -36,8 +36,7 @@ from axistwin.standin.sender import Sender, open_port
 from axistwin.standin.stop_page import StopPage
 from axistwin.standin.writer import Writer
 
-POLL_S = 0.02
-"""Interval in seconds at which the end of a preparation is checked."""
+POLL_S = 0.02  # Interval in seconds at which the end of a preparation is checked.
 LEAST_COLLECT_S, COLLECTS = 0.01, 10
 """Shortest interval in seconds between two transfers of pulses to the boards, and number of transfers in a horizon."""
 WARNING = "axistwin is not a safety controller: wire the emergency stop and the limit chain to the drives' enable."

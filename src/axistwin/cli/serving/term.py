@@ -32,8 +32,7 @@ ENDS = {"cr": b"\r", "lf": b"\n", "crlf": b"\r\n"}
 INITIALISED_NS = 30 * S
 """Longest virtual time of an automatic initialisation; after it, the user must initialise the controller."""
 
-LOOK_S = 0.1
-"""Interval in seconds between two checks of a lesson's step."""
+LOOK_S = 0.1  # Interval in seconds between two checks of a lesson's step.
 
 Lines = asyncio.Queue[bytes | LinkError | None]
 """Queue of typed lines, of None at the end of the input, and of the error of a failed port."""

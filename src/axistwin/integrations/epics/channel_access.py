@@ -41,8 +41,7 @@ from axistwin.integrations.points import Point
 
 LOOPBACK = "127.0.0.1"
 MOST_CLIENTS = 200
-MOST_BYTES = 16384
-"""Longest incomplete message of a client; EPICS' own limit without EPICS_CA_MAX_ARRAY_BYTES."""
+MOST_BYTES = 16384  # Longest incomplete message of a client; EPICS' own limit without EPICS_CA_MAX_ARRAY_BYTES.
 Put = Callable[[Any], Awaitable[None]]
 
 

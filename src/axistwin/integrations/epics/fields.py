@@ -15,8 +15,7 @@ class Kind(Enum):
     LONG = "long"
     MENU = "menu"
     STRING = "string"
-    TEXT = "text"
-    """A string of up to 256 characters."""
+    TEXT = "text"  # A string of up to 256 characters.
 
 
 @dataclass(frozen=True)
@@ -25,12 +24,9 @@ class Field:
 
     kind: Kind
     value: Any
-    menu: tuple[str, ...] = ()
-    """Choices of a menu."""
-    scaled: bool = False
-    """True if the value has the record's unit, precision and limits."""
-    most: int = 1
-    """Largest value of an integer field that clients can write; the smallest is 0."""
+    menu: tuple[str, ...] = ()  # Choices of a menu.
+    scaled: bool = False  # True if the value has the record's unit, precision and limits.
+    most: int = 1  # Largest value of an integer field that clients can write; the smallest is 0.
 
 
 def _doubles(names: str, value: float = 0.0, *, scaled: bool = True) -> dict[str, Field]:
@@ -51,11 +47,9 @@ def _strings(names: str) -> dict[str, Field]:
 
 NO_YES = ("No", "Yes")
 SEVERITIES = ("NO_ALARM", "MINOR", "MAJOR", "INVALID")
-STOP, PAUSE, MOVE, GO = range(4)
-"""Choices of SPMG."""
+STOP, PAUSE, MOVE, GO = range(4)  # Choices of SPMG.
 MOST_DECIMALS = 6
-MOST = 1e15
-"""No number of a motor record reaches this value."""
+MOST = 1e15  # No number of a motor record reaches this value.
 LONGEST_TEXT = 39
 
 MOTOR: dict[str, Field] = {

@@ -14,8 +14,7 @@ from axistwin.integrations.machine import Machine, tell_failure
 if TYPE_CHECKING:
     from axistwin.integrations.epics.pv_access import PvAccess
 
-LONGEST_NAME = 60
-"""Longest name of a record in EPICS."""
+LONGEST_NAME = 60  # Longest name of a record in EPICS.
 
 
 class Ioc:

@@ -16,12 +16,9 @@ from axistwin.integrations.driven_axis import DrivenAxis, Goal
 from axistwin.integrations.epics.fields import GO, MOST, MOTOR, MOVE, PAUSE, STOP, checked, decimals
 from axistwin.integrations.epics.state import SILENT, Alarm, alarm_of, status_bits
 
-SCALED = ("VMAX", "VELO", "JVEL", "HVEL", "BVEL", "TWV", "JAR", "DHLM", "DLLM")
-"""Fields that are scaled with MRES."""
-LIMITS = ("limit", "positive limit", "negative limit")
-"""Names of the faults of limit switches."""
-FINEST = 10**9
-"""Largest denominator of MRES as a fraction."""
+SCALED = ("VMAX", "VELO", "JVEL", "HVEL", "BVEL", "TWV", "JAR", "DHLM", "DLLM")  # Fields that are scaled with MRES.
+LIMITS = ("limit", "positive limit", "negative limit")  # Names of the faults of limit switches.
+FINEST = 10**9  # Largest denominator of MRES as a fraction.
 
 
 Post = Callable[[str, Any], Awaitable[None]]

@@ -19,8 +19,7 @@ from axistwin.integrations.epics.state import Alarm
 from axistwin.integrations.points import Point
 
 CODES = {Kind.DOUBLE: "d", Kind.LONG: "i", Kind.STRING: "s", Kind.TEXT: "s"}
-STATUSES = {"NO_ALARM": 0, "STATE": 1, "COMM": 3, "UDF": 6}
-"""Classes of alarms: device, driver, undefined."""
+STATUSES = {"NO_ALARM": 0, "STATE": 1, "COMM": 3, "UDF": 6}  # Classes of alarms: device, driver, undefined.
 Put = Callable[[Any], Awaitable[None]]
 
 

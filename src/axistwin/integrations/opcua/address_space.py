@@ -28,8 +28,7 @@ from axistwin.integrations.station import Station
 
 NAMESPACE, MACHINERY = "urn:axistwin:axes", "http://opcfoundation.org/UA/Machinery/"
 MANUFACTURERS = {"if1": "Digiplan", "if2": "Digiplan", "1810": "Compumotor", "1811": "Compumotor"}
-BEGIN_S = 3.0
-"""Longest time for which a method waits for the beginning of a motion; clients wait for 4 s by default."""
+BEGIN_S = 3.0  # Longest time for which a method waits for the beginning of a motion; clients wait for 4 s by default.
 GOOD, ESTIMATED = ua.StatusCodes.Good, ua.StatusCodes.UncertainSensorNotAccurate
 DOUBLE, BOOL, TEXT, INT = ua.VariantType.Double, ua.VariantType.Boolean, ua.VariantType.String, ua.VariantType.Int64
 
@@ -127,8 +126,7 @@ class AddressSpace:
         point.observers.append(publish)
 
 
-POINTS = {True: "Pins", False: "Registers"}
-"""Folders of bits and of numbers."""
+POINTS = {True: "Pins", False: "Registers"}  # Folders of bits and of numbers.
 
 
 class AxisNodes:

@@ -24,8 +24,7 @@ from asyncua.ua.ua_binary import struct_from_binary
 from axistwin.integrations.opcua.security import Guesses, Users
 
 MOST_CLIENTS = 100
-MOST_SUBSCRIPTIONS = 10
-"""Largest number of subscriptions of a session; the library permits 1,000 in all."""
+MOST_SUBSCRIPTIONS = 10  # Largest number of subscriptions of a session; the library permits 1,000 in all.
 LONGEST_ABSENCE_MS = 60_000
 """A session with subscriptions outlives its connection for at most this time, in which the client can come back."""
 CREATE = ua.NodeId(ua.ObjectIds.CreateSessionRequest_Encoding_DefaultBinary)
@@ -38,8 +37,7 @@ REGISTRATION = (
     ua.NodeId(ua.ObjectIds.RegisterServerRequest_Encoding_DefaultBinary),
     ua.NodeId(ua.ObjectIds.RegisterServer2Request_Encoding_DefaultBinary),
 )
-LOGGER = "asyncua.server.monitored_item_service"
-"""Beginning of the names of the library's loggers for subscriptions."""
+LOGGER = "asyncua.server.monitored_item_service"  # Beginning of the names of the library's loggers for subscriptions.
 
 
 class _Subscriptions(SubscriptionService):

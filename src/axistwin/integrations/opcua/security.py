@@ -21,8 +21,7 @@ from axistwin.storage import excerpt, read_file
 
 log = getLogger("axistwin.integrations")
 
-MOST_WRONG = 5
-"""Number of wrong passwords from which on each further attempt must wait."""
+MOST_WRONG = 5  # Number of wrong passwords from which on each further attempt must wait.
 PAUSE_S, MEMORY_S = 10.0, 600.0
 """Times after a wrong password in seconds: in which further attempts are refused, and in which it counts."""
 MOST_GUESSERS = 1000

@@ -14,8 +14,7 @@ class Lines(Element, component="listing.js"):
 
     def __init__(self, toggle: Callable[[int], None]) -> None:
         super().__init__()
-        self.lines: tuple[str, ...] | None = None
-        """Lines that the page shows; None before the first `show`."""
+        self.lines: tuple[str, ...] | None = None  # Lines that the page shows; None before the first `show`.
         self.running: int | None = None
         self.on_breaks: tuple[int, ...] = ()
         self.off_breaks: tuple[int, ...] = ()

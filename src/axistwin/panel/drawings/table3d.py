@@ -8,16 +8,12 @@ from nicegui.elements.scene import Scene
 from axistwin.bench import Controller
 from axistwin.drawings.trail import Trail
 
-LENGTH = 10.0
-"""Length of the longer axis, in units of the 3-D scene."""
+LENGTH = 10.0  # Length of the longer axis, in units of the 3-D scene.
 THINNEST = 3.0
 DISTANCE = 1.55 * LENGTH
-FIELD = 40.0
-"""Field of view of the camera in degrees."""
-BEHIND = 0.5
-"""Distance between bridge and tool, in units of the 3-D scene."""
-LIFT = 0.35
-"""Vertical travel of the tool, in units of the 3-D scene."""
+FIELD = 40.0  # Field of view of the camera in degrees.
+BEHIND = 0.5  # Distance between bridge and tool, in units of the 3-D scene.
+LIFT = 0.35  # Vertical travel of the tool, in units of the 3-D scene.
 MOST_PLACES = 100
 WIDTH, HEIGHT = 560, 360
 AIR = "#eef1f5"

@@ -15,8 +15,7 @@ from numpy.typing import NDArray
 
 from axistwin.panel.scope.tracks import Numbers, Rows, Times, Track, Words
 
-FEW = 4
-"""Average number of pixels per change above which a line contains every change exactly."""
+FEW = 4  # Average number of pixels per change above which a line contains every change exactly.
 
 
 @dataclass(frozen=True)
@@ -24,12 +23,9 @@ class Window:
     """Values of a signal for each pixel; pixel n is the time from `edges[n]` to `edges[n + 1]`.  NaN: unknown."""
 
     edges: Times
-    low: Numbers
-    """Least value in each pixel."""
-    high: Numbers
-    """Greatest value in each pixel."""
-    times: Times
-    """Times of the points of the line."""
+    low: Numbers  # Least value in each pixel.
+    high: Numbers  # Greatest value in each pixel.
+    times: Times  # Times of the points of the line.
     values: Numbers
 
 
@@ -45,8 +41,7 @@ class _Pixels:
     held: Numbers
     low: Numbers
     high: Numbers
-    ends: NDArray[np.intp]
-    """For each pixel, the number of rows that begin before its end."""
+    ends: NDArray[np.intp]  # For each pixel, the number of rows that begin before its end.
     single: NDArray[np.bool_]
     busy: NDArray[np.bool_]
 

@@ -14,12 +14,9 @@ from axistwin.panel.scope.triggers import OFF
 from axistwin.traces.signals import COUNT, REAL
 from axistwin.units import MS, US, S
 
-FULL = 65_535
-"""Largest 16-bit number: the right edge of the screen as a time, an unknown value as a value."""
-TOP = 4000
-"""Number that represents the highest value of a signal's range; 0 represents the lowest value."""
-WORD_PIXELS = 72
-"""Smallest width in pixels that a text needs on the screen."""
+FULL = 65_535  # Largest 16-bit number: the right edge of the screen as a time, an unknown value as a value.
+TOP = 4000  # Number that represents the highest value of a signal's range; 0 represents the lowest value.
+WORD_PIXELS = 72  # Smallest width in pixels that a text needs on the screen.
 UNITS = ((S, "s"), (MS, "ms"), (US, "µs"), (1, "ns"))
 
 

@@ -15,8 +15,7 @@ from axistwin.traces.provenance import provenance
 from axistwin.traces.signals import REAL, TEXT, Signal, catalogue
 from axistwin.traces.trace import Tracer
 
-MOST_SIGNALS = 32
-"""Largest number of recorded signals; each takes up to `tracks.MOST_BYTES`."""
+MOST_SIGNALS = 32  # Largest number of recorded signals; each takes up to `tracks.MOST_BYTES`.
 GROWING = ("host_says", "controller_says")
 
 
@@ -26,10 +25,8 @@ class Record:
 
     now_ns: int = 0
     tracks: dict[str, Track] = field(default_factory=dict)
-    about: dict[str, str] = field(default_factory=dict)
-    """Description of the recorded bench: scene, models and options."""
-    begins: dict[str, int] = field(default_factory=dict)
-    """Time at which the recording of each signal began."""
+    about: dict[str, str] = field(default_factory=dict)  # Description of the recorded bench: scene, models and options.
+    begins: dict[str, int] = field(default_factory=dict)  # Time at which the recording of each signal began.
 
 
 class Recorder:
@@ -38,11 +35,9 @@ class Recorder:
     def __init__(self) -> None:
         self.record = Record()
         self.signals: dict[str, Signal] = {}
-        self.meanings: dict[str, Meaning] = {}
-        """Meaning of each signal that has a unit or messages in words."""
+        self.meanings: dict[str, Meaning] = {}  # Meaning of each signal that has a unit or messages in words.
         self.presets: Mapping[str, list[str]] = {}
-        self.version = 0
-        """Number that increases whenever data are added to the record."""
+        self.version = 0  # Number that increases whenever data are added to the record.
         self.watchers: list[Callable[[], None]] = []
         self._bench: Bench | None = None
         self._tracer: Tracer | None = None

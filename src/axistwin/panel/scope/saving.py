@@ -27,8 +27,7 @@ from axistwin.units import to_seconds
 
 TRACES, PICTURES = (".csv", ".vcd", ".parquet"), picture.SUFFIXES
 PIECE = 1 << 15
-PIXELS = 1500
-"""Width in pixels to which the lines of a picture are reduced."""
+PIXELS = 1500  # Width in pixels to which the lines of a picture are reduced.
 
 
 @dataclass(frozen=True)

@@ -18,10 +18,8 @@ from axistwin.units import US, S
 SHORTEST_NS, LONGEST_NS = US, 10_000_000 * S
 MOST_SHOWN = 16
 FIRST_SHOWN = 8
-PIXELS = (50, 4096)
-"""Least and greatest width of a screen in pixels."""
-SNAP = 8
-"""Distance, in pixels, within which a cursor snaps to an edge."""
+PIXELS = (50, 4096)  # Least and greatest width of a screen in pixels.
+SNAP = 8  # Distance, in pixels, within which a cursor snaps to an edge.
 SPANS_NS = tuple(digit * 10**power for power in range(3, 17) for digit in (1, 2, 5) if digit * 10**power <= LONGEST_NS)
 """Time bases: 1 µs, 2 µs, 5 µs, 10 µs, … for the whole width of the screen."""
 
@@ -61,20 +59,16 @@ class Screen:
     recorder: Recorder
     names: tuple[str, ...] = ()
     span_ns: int = 2 * S
-    lanes: bool = True
-    """True if each signal has its own lane; False if the signals are overlaid."""
-    folded: set[str] = field(default_factory=set)
-    """Signals whose lane is folded: low, and without values."""
-    titles: dict[str, str] = field(default_factory=dict)
-    """Titles that the user has given to signals."""
+    lanes: bool = True  # True if each signal has its own lane; False if the signals are overlaid.
+    folded: set[str] = field(default_factory=set)  # Signals whose lane is folded: low, and without values.
+    titles: dict[str, str] = field(default_factory=dict)  # Titles that the user has given to signals.
     pixels: int = 800
     trigger: Trigger = field(default_factory=Trigger)
     cursors: Cursors = field(default_factory=Cursors)
     frozen: Record | None = None
     pointer: float | None = None
     """Horizontal position of the mouse pointer, from 0 (left) to 1 (right); None outside the screen."""
-    hit_ns: int | None = None
-    """Time of the edge found by the trigger; None without an edge."""
+    hit_ns: int | None = None  # Time of the edge found by the trigger; None without an edge.
     _to_ns: int = 0
     _searched_ns: int = 0
     _known: Record | None = None

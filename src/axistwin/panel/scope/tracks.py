@@ -19,22 +19,17 @@ from axistwin.bench.codec import CHARACTERS
 Times = NDArray[np.int64]
 Numbers = NDArray[np.float64]
 
-CHANGES = 1 << 16
-"""Largest number of changes of a signal that are stored exactly."""
-ROWS = 1 << 13
-"""Largest number of intervals in each level."""
+CHANGES = 1 << 16  # Largest number of changes of a signal that are stored exactly.
+ROWS = 1 << 13  # Largest number of intervals in each level.
 SHIFTS = (20, 25, 30, 35)
 """Length of the intervals in each level, as powers of 2 in ns: 1 ms, 34 ms, 1.1 s, 34 s.
 
 The length in the last level doubles whenever that level is full.
 """
-MOST_BYTES = CHANGES * 16 + len(SHIFTS) * ROWS * 56
-"""Largest memory for one signal: 2.75 MiB."""
-WORTH = 16
-"""Smallest average number of changes per interval for which the first level of intervals is used."""
+MOST_BYTES = CHANGES * 16 + len(SHIFTS) * ROWS * 56  # Largest memory for one signal: 2.75 MiB.
+WORTH = 16  # Smallest average number of changes per interval for which the first level of intervals is used.
 SMALL = 1 << 8
-TEXTS, LONGEST = 1 << 13, 256
-"""Largest number of stored texts, and largest number of characters of each."""
+TEXTS, LONGEST = 1 << 13, 256  # Largest number of stored texts, and largest number of characters of each.
 
 
 ZEROS = np.zeros(CHANGES)
@@ -49,10 +44,8 @@ class Rows(NamedTuple):
     first: Numbers
     low: Numbers
     high: Numbers
-    last: Numbers
-    """Value from the end of each row until the next row begins."""
-    area: Numbers
-    """Integral of the value from `begin` to `end`, in value × ns."""
+    last: Numbers  # Value from the end of each row until the next row begins.
+    area: Numbers  # Integral of the value from `begin` to `end`, in value × ns.
 
     def cut(self, part: slice) -> "Rows":
         begin, end, *values = self
@@ -211,8 +204,7 @@ class Words(Track):
         self.growing = growing
         """True if a text that begins with the previous text is the same message with more characters."""
         self.changes: list[tuple[int, str]] = []
-        self.begins: list[int] = []
-        """Start times of messages."""
+        self.begins: list[int] = []  # Start times of messages.
         self.messages: list[str] = []
         self._newest = b""
         self._forgotten_ns = 0

@@ -18,8 +18,7 @@ from axistwin.teaching.remedies import Remedies
 from axistwin.teaching.tutor import Tutor
 from axistwin.units import S
 
-ANSWERS_NS = 2 * S
-"""Virtual time after a typed line during which received data count as its answer."""
+ANSWERS_NS = 2 * S  # Virtual time after a typed line during which received data count as its answer.
 SETTING = "tutor"
 COMMANDS = ":drive, :explain, :init, :next, :show, :store, :task, :wait and :why"
 NO_LESSON = "no lesson has begun: select one with the button Lessons"
@@ -32,8 +31,7 @@ class Asides:
         self._context, self._name = context, name
         self._made: tuple[Bench, Tutor] | None = None
         self._until_ns = -1
-        self._lines: list[str] = []
-        """Comments that are not on the screen yet."""
+        self._lines: list[str] = []  # Comments that are not on the screen yet.
 
     @property
     def on(self) -> bool:

@@ -35,8 +35,7 @@ SHOWN = "(event) => emit(event.currentTarget.dataset.shown)"
 UNFOLD = "document.documentElement.classList.toggle('more', {on})"
 """JavaScript that shows or hides the rarely used controls on a narrow screen."""
 OUTLINE = "dense outline no-caps color=white"
-SELDOM = 10
-"""Number of frames between two updates of delay and timeline."""
+SELDOM = 10  # Number of frames between two updates of delay and timeline.
 
 
 def driving(context: Context) -> Refresh:

@@ -12,8 +12,7 @@ from axistwin.panel.views.parts import Light, Readout, called, drawer
 
 Show = Callable[[int | str | None], None]
 """Function that shows a value on the page; None stands for a controller without power."""
-SELDOM = 5
-"""Number of frames between two updates of the list of registers."""
+SELDOM = 5  # Number of frames between two updates of the list of registers.
 
 
 def front(context: Context, name: str) -> Refresh:

@@ -14,11 +14,9 @@ from axistwin.sim.pins import FULL_SCALE, PULLED_UP_VOLTS, Pin, UserPin
 LEVELS = {"high": True, "low": False}
 HOST_LINES = ("dtr", "rts")
 STEP_V = 0.05
-THROTTLE_S = 0.1
-"""Shortest time between two messages from a slider or a joystick."""
+THROTTLE_S = 0.1  # Shortest time between two messages from a slider or a joystick.
 ARROWS = {"ArrowRight": 1, "ArrowUp": 1, "ArrowLeft": -1, "ArrowDown": -1}
-GENTLY = 0.2
-"""Deflection of the joystick while an arrow key is pressed without Shift; with Shift, it is 1."""
+GENTLY = 0.2  # Deflection of the joystick while an arrow key is pressed without Shift; with Shift, it is 1.
 
 
 def pins(context: Context, name: str) -> Refresh:
@@ -153,8 +151,7 @@ def _encoder(context: Context, name: str) -> None:
 class _Joystick:
     def __init__(self, context: Context, name: str, most: int) -> None:
         self._context, self._name, self._most, self._client = context, name, most, ui.context.client
-        self._held = 0
-        """Pulse rate that this page has set."""
+        self._held = 0  # Pulse rate that this page has set.
         with ui.element("div").classes("stick-row"):
             self._box = ui.element("div").classes("stick")
             self._label = called(ui.label().classes("figure"), f"{name}-joystick-rate")

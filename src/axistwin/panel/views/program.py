@@ -20,11 +20,9 @@ from axistwin.storage import encoding_of, split_at_end
 MOST_BYTES = 1 << 18
 """Largest size of a program in bytes: ten times a real program, but less than a browser's message can contain."""
 TOO_LONG = f"the text is too long: expected at most {MOST_BYTES:,} characters"
-SUFFIXES = {**KINDS, ".sms": "smartmotor"}
-"""Controller family by suffix of the program file."""
+SUFFIXES = {**KINDS, ".sms": "smartmotor"}  # Controller family by suffix of the program file.
 EMPTY = Listing("", ())
-SELDOM = 4
-"""Number of frames between two updates; an update is slow, because it advances the motor to find its line."""
+SELDOM = 4  # Number of frames between two updates; an update is slow, because it advances the motor to find its line.
 
 
 def program(context: Context, name: str) -> Refresh:

@@ -23,8 +23,7 @@ from axistwin.panel.views import scope_controls as controls
 from axistwin.sessions.session import Session
 from axistwin.units import to_seconds
 
-READOUT_EVERY = 5
-"""Number of frames between two updates of the table of measurements."""
+READOUT_EVERY = 5  # Number of frames between two updates of the table of measurements.
 
 
 class Scopes:
@@ -32,8 +31,7 @@ class Scopes:
 
     def __init__(self, session: Session) -> None:
         self.recorder = Recorder()
-        self.drawn = 0
-        """Number of screens that have been sent to browsers; used by tests."""
+        self.drawn = 0  # Number of screens that have been sent to browsers; used by tests.
         self.saving = asyncio.Lock()
         self._pages: dict[Screen, int] = {}
         session.each_bench(self.recorder.attach)

@@ -22,8 +22,7 @@ from axistwin.units import to_seconds
 
 MOST_FOUND = 60
 UNKNOWN = "–"
-MOST_TITLE = 40
-"""Largest number of characters in the title of a lane."""
+MOST_TITLE = 40  # Largest number of characters in the title of a lane.
 Save = Callable[[str, bool], Awaitable[None]]
 """Function that saves a file; its arguments are the suffix, and True for the complete record."""
 

@@ -11,8 +11,7 @@ from axistwin.panel.context import Context
 from axistwin.panel.drawings.picture import Picture
 from axistwin.panel.drawings.table3d import Table3D
 
-TURN = 30.0
-"""Rotation of the 3-D view by one click, in degrees."""
+TURN = 30.0  # Rotation of the 3-D view by one click, in degrees.
 
 
 def table(context: Context, name: str) -> Callable[[bool], None]:

@@ -13,12 +13,10 @@ from axistwin.hosts.exchange import Exchange
 class Contents:
     """The programs and data of a controller, as the controller reports them through its port."""
 
-    values: dict[str, str] = field(default_factory=dict)
-    """All answers by the name of the value or the request."""
+    values: dict[str, str] = field(default_factory=dict)  # All answers by the name of the value or the request.
     depends: set[str] = field(default_factory=set)
     """Names of values that depend on the machine or on earlier motion, which a twin need not have."""
-    program: str = ""
-    """Source of the program of a SmartMotor."""
+    program: str = ""  # Source of the program of a SmartMotor.
     missing: list[str] = field(default_factory=list)
     """Contents that the controller does not report, each with the place where they can be found."""
 
@@ -38,12 +36,9 @@ class Contents:
 class Restoring:
     """Saved data of a real controller, converted to settings, actions and files for a simulated controller."""
 
-    controller: dict[str, Any] = field(default_factory=dict)
-    """Keys of the controller's table."""
-    actions: list[str] = field(default_factory=list)
-    """Actions at power-up, in the syntax of a script."""
-    files: dict[str, str] = field(default_factory=dict)
-    """Texts of the files that the scene names."""
+    controller: dict[str, Any] = field(default_factory=dict)  # Keys of the controller's table.
+    actions: list[str] = field(default_factory=list)  # Actions at power-up, in the syntax of a script.
+    files: dict[str, str] = field(default_factory=dict)  # Texts of the files that the scene names.
 
 
 @dataclass(frozen=True)

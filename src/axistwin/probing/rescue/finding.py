@@ -22,12 +22,10 @@ FRAMES: dict[str, tuple[tuple[int, Parity], ...]] = {
 }
 """Data bits and parity that are tried.  Wrong parities could begin binary records of a SmartMotor."""
 STOP_BITS = {"smartmotor": 1, "if1": 2}
-PATIENCE_S = 0.15
-"""Longest silence before an answer, beyond the time of the characters on the line."""
+PATIENCE_S = 0.15  # Longest silence before an answer, beyond the time of the characters on the line.
 BOARD = "1811"
 Report = Callable[[UartFormat], None]
-Test = Callable[[Exchange], bool]
-"""Returns True if a controller answers."""
+Test = Callable[[Exchange], bool]  # Returns True if a controller answers.
 Attempt = tuple[UartFormat, str, Test]
 
 
@@ -36,8 +34,7 @@ class Found:
     """A controller that answers."""
 
     model: str
-    line: UartFormat | None = None
-    """Line format; None for a board on a bus."""
+    line: UartFormat | None = None  # Line format; None for a board on a bus.
 
 
 def find(

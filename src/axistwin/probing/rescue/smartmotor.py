@@ -8,12 +8,9 @@ from axistwin.errors import LinkError
 from axistwin.hosts.exchange import Exchange
 from axistwin.probing.rescue.contents import Contents, Reader, Restoring
 
-REPORT = b"Ra\r"
-"""Report of a variable: an error in the language of all other controllers."""
-FIRST = b"\x80" + REPORT
-"""First request: 80h addresses all motors and discards an incomplete command of another host."""
-SHORT_S = 0.1
-"""Silence after which no further motor answers."""
+REPORT = b"Ra\r"  # Report of a variable: an error in the language of all other controllers.
+FIRST = b"\x80" + REPORT  # First request: 80h addresses all motors and discards an incomplete command of another host.
+SHORT_S = 0.1  # Silence after which no further motor answers.
 ACKNOWLEDGE, END_OF_PROGRAM = b"\x06", b"\xff"
 BLOCK = 8
 STATE = ("RMODE", "RP", "RPE", "RV", "RW", "RCTR", "RU", *(f"RU{pin}A" for pin in "ABCDEFG"))
@@ -25,8 +22,7 @@ SETTINGS = (
 )  # fmt: skip
 VARIABLES = tuple(letter * times for times in (1, 2, 3) for letter in ascii_lowercase)
 ARRAY = 51
-OVERLAID = (*VARIABLES[26:52], *VARIABLES[52:77])
-"""Variables in the memory of al[0] to al[50]."""
+OVERLAID = (*VARIABLES[26:52], *VARIABLES[52:77])  # Variables in the memory of al[0] to al[50].
 MISSING = (
     "data EEPROM (VST): reading it by VLD overwrites variables; a program that reads it needs the original values",
     "SLE or SLD, mode of the next G, brake commands, PIDn, OCHN, pin directions: no report; they may be in the program",

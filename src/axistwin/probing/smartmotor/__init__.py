@@ -15,18 +15,13 @@ from axistwin.probing.smartmotor.reading import readings
 from axistwin.probing.smartmotor.still import CR, case
 from axistwin.probing.smartmotor.talking import talk
 
-SPOIL = b"\x80" + CR
-"""Addresses all motors, and discards a command that another host has not ended."""
-FAULTS = ("RBr", "RBl", "RBe", "RBh")
-"""Flags that forbid motion and the loading of programs."""
+SPOIL = b"\x80" + CR  # Addresses all motors, and discards a command that another host has not ended.
+FAULTS = ("RBr", "RBl", "RBe", "RBh")  # Flags that forbid motion and the loading of programs.
 LIMITS = ("RBp", "RBm")
-FLAG = re.compile(rb"R(B[a-z]|U[A-G])\r")
-"""Reports of a flag or of the level of a pin."""
+FLAG = re.compile(rb"R(B[a-z]|U[A-G])\r")  # Reports of a flag or of the level of a pin.
 CLOSED, OPEN = "closed", "open"
-RI_AFTER = 3
-"""Place of the answer to RI among the answers of the case with the index mark, after RI, RBi, RBi."""
-STATEMENTS = 7
-"""Number of statements whose duration a case reports in samples."""
+RI_AFTER = 3  # Place of the answer to RI among the answers of the case with the index mark, after RI, RBi, RBi.
+STATEMENTS = 7  # Number of statements whose duration a case reports in samples.
 
 
 def cases(product: Product, facts: Mapping[str, str]) -> list[Case]:

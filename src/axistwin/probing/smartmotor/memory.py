@@ -14,10 +14,8 @@ from axistwin.probing.smartmotor.still import CR, case, still
 
 BLOCK = 8
 ACKNOWLEDGE, END_OF_PROGRAM = b"\x06", b"\xff\xff "
-LINE = "9600 8N1"
-"""Line format for which the programs change and restore the settings of channel 0."""
-AT, USED = 7900, 12
-"""First byte and number of bytes of the data EEPROM that the cases write."""
+LINE = "9600 8N1"  # Line format for which the programs change and restore the settings of channel 0.
+AT, USED = 7900, 12  # First byte and number of bytes of the data EEPROM that the cases write.
 SAVED = (*"abcdefghijklmnopqrz", *(f"al[{index}]" for index in (*range(6), 25, 26, 50)), "zzz")
 """Variables whose values are restored: those that the cases change."""
 CONTENTS = {"000000 000000": "", "000000 0000E1": "END\n"}
@@ -155,8 +153,7 @@ OCHN(RS2,0,N,9600,1,8,C)
 RETURN
 """
 ADDRESS_ALL = b"\x80\r"
-CHANNEL_S = 0.6
-"""Time after which a WAIT=2035 has ended, and a program of `CHANNEL` has restored the channel."""
+CHANNEL_S = 0.6  # Time after which a WAIT=2035 has ended, and a program of `CHANNEL` has restored the channel.
 
 
 def loading(program: str) -> tuple[bytes, ...]:

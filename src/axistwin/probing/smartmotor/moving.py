@@ -9,12 +9,10 @@ from axistwin.probing.smartmotor.memory import loaded
 from axistwin.probing.smartmotor.still import case
 
 PINS = "ABCDEFG"
-WORD = "PRINT(W&65271,#13)"
-"""The status word without Bi and Bx, which depend on the place of the index mark."""
+WORD = "PRINT(W&65271,#13)"  # The status word without Bi and Bx, which depend on the place of the index mark.
 ASKS = ("RBt", "RMODE", "RBe", WORD)
 MOVE_S = 0.3
-CYCLE = "UA=0 UB=0 UA=1 UB=1"
-"""One period of an encoder on pins A and B, forwards, made by the motor's own outputs."""
+CYCLE = "UA=0 UB=0 UA=1 UB=1"  # One period of an encoder on pins A and B, forwards, made by the motor's own outputs.
 BACK = "UB=0 UA=0 UB=1 UA=1"
 ENCODER = "UA=1 UB=1 UAO UBO"
 STEPS = "UA=0 UA=1 UA=0 UA=1"

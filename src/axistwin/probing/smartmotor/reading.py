@@ -15,10 +15,8 @@ BUFFERED = ("A=", "V=", "P=", "KP=", "KI=", "KD=", "KL=", "KS=", "KV=", "KA=", "
 VARIABLES = ("a", "h", "z", "aa", "zz", "zzz")
 ARRAYS = ("ab[0]", "ab[203]", "aw[101]", "al[50]")
 EXPRESSIONS = ("1+2", "7-9", "-3*4", "7/2", "-7/2", "5&3", "5|3", "1<2", "2<=1", "3==3", "3!=3", "2147483647+1", "1/0")
-REMOVES = "476"
-"""Firmware without the commands of section 1.3, which could change limits or modes of an older one."""
-DYNAMIC = ("RCLK", "RTEMP")
-"""Reports whose values change without a command."""
+REMOVES = "476"  # Firmware without the commands of section 1.3, which could change limits or modes of an older one.
+DYNAMIC = ("RCLK", "RTEMP")  # Reports whose values change without a command.
 
 
 def readings(commands: Mapping[str, Instruction], firmware: str) -> list[Case]:

@@ -18,8 +18,7 @@ SERIAL = ("SADDRn", "ECHO", "ECHO_OFF", "SLEEP", "WAKE", "SILENT", "TALK", "BAUD
           "PRINT()", "AOUTp", "DOUTp", "LOAD", "UPLOAD", "UP", "LOCKP", "RCKS")  # fmt: skip
 """Communications on channel 0, and the transfer of programs."""
 STILL = frozenset((*BUFFERED, *DATA, *FLOW, *SERIAL))
-WIRED = "RS4"
-"""Type of a channel that makes pin G an output."""
+WIRED = "RS4"  # Type of a channel that makes pin G an output.
 
 
 def report(command: Instruction) -> bool:

@@ -6,8 +6,7 @@ from axistwin.controllers.smartmotor.language.forms import Instruction
 from axistwin.probing.cases import Case
 from axistwin.probing.smartmotor.still import case
 
-ALL, FIRST = 0x80, 0x81
-"""Address bytes: all motors of a chain, and the motor with address 1."""
+ALL, FIRST = 0x80, 0x81  # Address bytes: all motors of a chain, and the motor with address 1.
 DEVICES = "ABCDEFGH"
 
 

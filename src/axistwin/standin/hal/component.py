@@ -17,14 +17,10 @@ from collections import deque
 from collections.abc import Iterator
 from typing import Any
 
-PERIOD_S = 0.001
-"""Interval at which commands, pins and positions are handled."""
-STILL_S = 0.02
-"""A motor whose feedback has not changed for this long is at rest."""
-MOST_STILL_S = 1.0
-"""Longest time to wait for the rest of a motor that has been stopped."""
-REPORT_S = 0.1
-"""Interval at which the positions are reported, if they have changed."""
+PERIOD_S = 0.001  # Interval at which commands, pins and positions are handled.
+STILL_S = 0.02  # A motor whose feedback has not changed for this long is at rest.
+MOST_STILL_S = 1.0  # Longest time to wait for the rest of a motor that has been stopped.
+REPORT_S = 0.1  # Interval at which the positions are reported, if they have changed.
 
 
 class Axis:
@@ -73,8 +69,7 @@ class Motion:
         """Level at which an input stops the motion, for each input that does."""
         self.safe: dict[str, bool] = setup["outputs"]
         self.outputs: deque[tuple[float, str, bool]] = deque()
-        self.upto_s: float | None = None
-        """All knots before this time have come; None: before the first knots."""
+        self.upto_s: float | None = None  # All knots before this time have come; None: before the first knots.
         self.begun = self.ended = False
         self._known: dict[str, int] = {}
         self._report_s = 0.0

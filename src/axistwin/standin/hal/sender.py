@@ -14,12 +14,10 @@ from axistwin.standin.hal.board import HalBoard
 from axistwin.standin.hal.wiring import COMPONENT, HalWiring
 from axistwin.standin.output import Deliver, Output
 
-PYTHON = "/usr/bin/python3"
-"""The Python for which LinuxCNC's module `hal` is installed."""
+PYTHON = "/usr/bin/python3"  # The Python for which LinuxCNC's module `hal` is installed.
 INSTALL = "install LinuxCNC (Debian: linuxcnc-uspace)"
 ENDED = "the HAL component axistwin has ended: check HAL, then type `go`"
-END_S = 2.0
-"""Longest time until the component has ended."""
+END_S = 2.0  # Longest time until the component has ended.
 
 
 class HalSender(Output):

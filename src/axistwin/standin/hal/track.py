@@ -2,10 +2,8 @@
 
 from axistwin.lazy import NDArray, np
 
-STEP_S = 0.001
-"""Interval between two knots of the line."""
-SLOW_S = 0.004
-"""Longest duration of the line to a pulse; before it the position is constant."""
+STEP_S = 0.001  # Interval between two knots of the line.
+SLOW_S = 0.004  # Longest duration of the line to a pulse; before it the position is constant.
 DELAY_S = 0.01
 """Knots are returned this much later than pulses: the line to a pulse, and the interval of a servo axis's pulses."""
 
@@ -14,8 +12,7 @@ class Track:
     """The line of one axis; `position`: net pulses.  Times are in seconds."""
 
     def __init__(self, position: int = 0) -> None:
-        self.position, self.last_s = position, -np.inf
-        """Net pulses, and time of the last pulse."""
+        self.position, self.last_s = position, -np.inf  # Net pulses, and time of the last pulse.
         self._times: NDArray[np.float64] = np.empty(0)
         self._positions: NDArray[np.float64] = np.empty(0)
         self._given = float(position)

@@ -9,8 +9,7 @@ from axistwin.errors import UsageError
 from axistwin.standin.wiring import Wired
 
 COMPONENT = "axistwin"
-MOST_NAME = 47
-"""Longest name of a pin in HAL."""
+MOST_NAME = 47  # Longest name of a pin in HAL.
 AXIS_PINS = (
     ("position-cmd", "float out, position in pulses"),
     ("velocity-cmd", "float out, velocity in pulses/s"),
