@@ -44,7 +44,8 @@ def server(kind: str) -> Iterator[socket.socket]:
 async def serve_board() -> None:
     """Serve an 1811 on a port."""
     from axistwin import Bench
-    from axistwin.links import Server, parse
+    from axistwin.links.server import Server
+    from axistwin.links.urls import parse
 
     server = Server(Bench(), speed=None)
     url = await server.open(server.bench.add("1811").name, parse("bus://127.0.0.1:0"))

@@ -25,7 +25,7 @@ def measured(handle):
     run(handle)
     longest[0] = max(longest[0], time.thread_time() - began_s)
 asyncio.Handle._run = measured
-from axistwin.cli import main
+from axistwin.cli.program import main
 try:
     main(["lsp"])
 finally:

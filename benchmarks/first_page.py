@@ -30,7 +30,7 @@ FLAGS = (
 )  # fmt: skip
 SIZE = {"width": 1280, "height": 1000}
 SCENE = "\n".join(f'[[controller]]\nmodel = "{model}"\n' for model in ("if1", "1811", "smartmotor"))
-SERVE = "import sys; from axistwin.cli import main; main(sys.argv[1:])"
+SERVE = "import sys; from axistwin.cli.program import main; main(sys.argv[1:])"
 SHOWN = """() => !document.documentElement.classList.contains("building")
     && document.querySelector(".scope-plot canvas") && performance.now()"""
 """JavaScript: the milliseconds since the request if the page is complete."""

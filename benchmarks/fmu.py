@@ -22,7 +22,8 @@ from fmpy.fmi3 import FMU3Slave
 from fmpy.validation import validate_fmu
 
 from axistwin import Bench, Scene
-from axistwin.fmu import Machine, export
+from axistwin.fmu.archive import export
+from axistwin.fmu.machine import Machine
 from axistwin.plant.servo_axis import ServoAxis
 from axistwin.sweeps import Recording, Series
 

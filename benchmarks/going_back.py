@@ -14,7 +14,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "src"))
 import simpy
 
 from axistwin import Bench
-from axistwin.sessions import Session
+from axistwin.sessions.session import Session
 from axistwin.units import MS, S
 
 SECONDS, PERIOD_MS, RUNS = 3600, 100, 3

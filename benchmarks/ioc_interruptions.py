@@ -19,7 +19,7 @@ from contextlib import suppress
 from axistwin import Bench
 from axistwin.drivers import DriverError, SilentError
 from axistwin.integrations import Station, of_scene
-from axistwin.integrations.epics import MotorRecord
+from axistwin.integrations.epics.motor_record import MotorRecord
 
 AXES = {"if1": "X", "1811": "motor", "smartmotor": "shaft"}
 ACTS = ("stop", "abort", "pause", "cut", "new target", "power")

@@ -40,7 +40,7 @@ def ioc(ports: dict[str, str], port: int, figures: Connection) -> None:
     """Serve the axes until the process is ended; count the polls."""
     from axistwin.drivers import AsyncController, make
     from axistwin.integrations import Machine, Station
-    from axistwin.integrations.epics import Ioc
+    from axistwin.integrations.epics.ioc import Ioc
 
     async def run() -> None:
         stations = [Station(name, "if1", AsyncController(url, make("if1", {}))) for name, url in ports.items()]

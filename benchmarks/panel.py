@@ -29,7 +29,7 @@ from axistwin.bench import Controller
 from axistwin.panel import page
 from axistwin.panel.views.scope import scope
 from axistwin.panel.web import Address, Panel
-from axistwin.sessions import Session
+from axistwin.sessions.session import Session
 from axistwin.sim.clock import Procedure
 from axistwin.units import MS
 

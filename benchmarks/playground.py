@@ -18,7 +18,7 @@ import tempfile
 import time
 from pathlib import Path
 
-from axistwin.playground import build
+from axistwin.playground.building import build
 
 ROOT = Path(__file__).parents[1]
 LEAST_SPEED = 4
@@ -31,7 +31,7 @@ from axistwin.bench import Bench
 from axistwin.bench.options import read_options
 from axistwin.conversations.conversation import load
 from axistwin.conversations.player import play
-from axistwin.playground import Playground
+from axistwin.playground.machine import Playground
 from axistwin.programs.running import options
 
 def result(file):

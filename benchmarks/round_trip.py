@@ -124,7 +124,8 @@ async def serve_echo(ports: int) -> None:
 async def serve_twin(model: str, ports: int) -> None:
     """Serve this number of controllers of a model, each on its own port."""
     from axistwin import Bench
-    from axistwin.links import Server, parse
+    from axistwin.links.server import Server
+    from axistwin.links.urls import parse
 
     bench = Bench()
     server = Server(bench, speed=None)

@@ -34,7 +34,7 @@ async def main():
 
 asyncio.run(main())
 """
-SERVE = "import sys; from axistwin.cli import main; main(sys.argv[1:])"
+SERVE = "import sys; from axistwin.cli.program import main; main(sys.argv[1:])"
 KERNEL_FIRST = "from axistwin.bench import product; product('smartmotor').prepare(None, 1); "
 AT_ONCE = ["--speed", "max", "--line", "instant"]
 IF1 = [sys.executable, "-c", SERVE, "serve", "if1", *AT_ONCE]

@@ -25,7 +25,7 @@ import numpy as np
 from axistwin import Bench
 from axistwin.bench import Controller
 from axistwin.motion.step_queue import plan
-from axistwin.standin import Motor, motor
+from axistwin.standin.motors import Motor, motor
 
 MHZ, MOST_COMMANDS, MOST_PER_LEVEL = 16, 150, 2.5
 COLLECT_S, LONGEST_S = 0.01, 30.0

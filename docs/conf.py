@@ -13,7 +13,7 @@ sys.path.insert(0, str(Path(__file__).parent))
 import generate
 
 import axistwin
-from axistwin import playground
+from axistwin.playground.building import build
 
 project = "axistwin"
 author = "The axistwin developers"
@@ -55,7 +55,7 @@ def setup(app: Sphinx) -> None:
 def add_playground(app: Sphinx, failure: Exception | None) -> None:
     """Write the playground into the site."""
     if failure is None and ENGINE.is_dir():
-        playground.build(Path(app.outdir) / "playground", ENGINE)
+        build(Path(app.outdir) / "playground", ENGINE)
 
 
 def link_examples(app: Sphinx, name: str, source: list[str]) -> None:  # noqa: ARG001

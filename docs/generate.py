@@ -11,7 +11,7 @@ from shutil import copytree
 import click
 
 from axistwin.bench import product, show_controls
-from axistwin.cli import axistwin
+from axistwin.cli.program import axistwin
 from axistwin.controllers.diagnostics import Rule
 from axistwin.controllers.front import Lamp
 from axistwin.diagnostics import codes

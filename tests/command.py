@@ -12,12 +12,12 @@ from contextlib import contextmanager, redirect_stderr, redirect_stdout
 from typing import NamedTuple
 from unittest.mock import patch
 
-from axistwin.cli import main
-from axistwin.links import PortUrl, parse
+from axistwin.cli.program import main
+from axistwin.links.urls import PortUrl, parse
 
 PATIENCE_S = 300
 """A test that waits longer than this has failed."""
-PROGRAM = (sys.executable, "-c", "from axistwin.cli import main; main()")
+PROGRAM = (sys.executable, "-c", "from axistwin.cli.program import main; main()")
 AT_ONCE = ("--speed", "max", "--line", "instant")
 LISTENING = re.compile(r"(\S+) listening on (\S+)")
 

@@ -17,7 +17,7 @@ from hypothesis import strategies as st
 from axistwin import Bench
 from axistwin.controllers.smartmotor.kernel import jit, kernel
 from axistwin.controllers.smartmotor.kernel.core import Engine
-from axistwin.links import Pacer
+from axistwin.links.pacing import Pacer
 from axistwin.sim.pins import connect
 from axistwin.traces.trace import tracing
 from axistwin.units import S

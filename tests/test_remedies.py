@@ -6,8 +6,10 @@ from pathlib import Path
 
 import pytest
 
-from axistwin import links, standin, sweeps
+from axistwin import sweeps
 from axistwin.errors import AxistwinError, installed
+from axistwin.links import pacing, urls
+from axistwin.standin.wiring import BoardPin
 from axistwin.traces import reading
 
 from .command import run
@@ -56,10 +58,10 @@ READERS = [
     *((sweeps.measure, "{}", bad) for bad in ("", "x", "final")), (sweeps.measure, "count {}", "x"),
     (sweeps.measure, "from {}", "a to b"), *((sweeps.claim, "{}", bad) for bad in ("", "x")),
     (sweeps.claim, "never {}", "x"), (sweeps.claim, "always {}", "x"), (sweeps.claim, "never table.X passes {}", "a"),
-    *((links.parse, "{}", bad) for bad in ("", "x", "tcp:x", "rfc2217:x", "bus:x", "serial:", "pty")),
-    (links.read_speed, "{}", "x"), (standin.BoardPin.read, "{}", "?"), (trace, "{}", "1,2"),
+    *((urls.parse, "{}", bad) for bad in ("", "x", "tcp:x", "rfc2217:x", "bus:x", "serial:", "pty")),
+    (pacing.read_speed, "{}", "x"), (BoardPin.read, "{}", "?"), (trace, "{}", "1,2"),
     (trace, "{}", "x,if1.output1,1"),
-    *((lambda text, scheme=scheme: links.parse_as(scheme, text), "{}", "x") for scheme in ("tcp", "rfc2217", "bus")),
+    *((lambda text, scheme=scheme: urls.parse_as(scheme, text), "{}", "x") for scheme in ("tcp", "rfc2217", "bus")),
 ]  # fmt: skip
 
 

@@ -18,7 +18,7 @@ import pytest
 import axistwin
 from axistwin import Bench
 from axistwin.bench import Controller
-from axistwin.cli import main
+from axistwin.cli.program import main
 from axistwin.errors import AxistwinError, UsageError
 from axistwin.storage import HOLDER, LOCK, FileStore, MemoryStore, excerpt, write_whole
 

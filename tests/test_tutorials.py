@@ -16,7 +16,7 @@ import pytest
 import axistwin
 from axistwin.bench import Bench
 from axistwin.cli.serving.host_lines import lines
-from axistwin.links import PortUrl
+from axistwin.links.urls import PortUrl
 
 HOME = Path(__file__).resolve().parents[1]
 TUTORIALS = HOME / "docs" / "tutorials"

@@ -11,7 +11,8 @@ import contextlib
 import gc
 from time import process_time
 
-from axistwin.links import PortUrl, Server, parse
+from axistwin.links.server import Server
+from axistwin.links.urls import PortUrl, parse
 from axistwin.sim.clock import Clock
 from fuzz import BAUD_RATES, PORTS, arguments, garbage, motors
 

@@ -29,7 +29,7 @@ from zlib import crc32
 sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "src"))
 
 from axistwin import Bench, Scene
-from axistwin.cli import execute
+from axistwin.cli.program import execute
 from axistwin.cli.serving.served import scene as served_scene
 from axistwin.errors import AxistwinError, one_line
 from axistwin.plots.trace_chart import of_trace

@@ -19,7 +19,7 @@ from time import perf_counter
 sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "src"))
 
 SERVE = [
-    sys.executable, "-c", "from axistwin.cli import main; main()",
+    sys.executable, "-c", "from axistwin.cli.program import main; main()",
     "serve", "if1", "--tcp", ":0", "--line", "instant", "--panel", "0",
 ]  # fmt: skip
 NAMES = (

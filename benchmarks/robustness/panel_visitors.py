@@ -29,8 +29,8 @@ from nicegui import Client
 from axistwin.panel import turns
 from axistwin.panel.page import KEPT_PAGES
 from axistwin.panel.web import Address, Panel
-from axistwin.scenes import Scene
-from axistwin.sessions import Session
+from axistwin.scenes.scene import Scene
+from axistwin.sessions.session import Session
 
 ROOT = Path(__file__).resolve().parents[2]
 POLL_S = 0.005

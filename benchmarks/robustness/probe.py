@@ -34,7 +34,9 @@ from axistwin.controllers.product import Product
 from axistwin.controllers.smartmotor.language import language, program
 from axistwin.controllers.smartmotor.language.language import Statement
 from axistwin.errors import AxistwinError
-from axistwin.probing import Motion, Probe, Settings, Twin, Verdict, VirtualEnd, dialect, other_values, probe
+from axistwin.hosts.virtual_time import VirtualEnd
+from axistwin.probing.cases import dialect
+from axistwin.probing.comparing import Motion, Probe, Settings, Twin, Verdict, other_values, probe
 
 MODELS = ("if1", "1811", "smartmotor")
 FULL = Settings(Motion.SMALL, as_new=True, memory=True, plug=True, find_options=False)

@@ -19,7 +19,9 @@ from pathlib import Path
 sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "src"))
 
 from axistwin.bench import Bench, Controller, product
-from axistwin.probing import Probe, Verdict, VirtualEnd, dialect, probe
+from axistwin.hosts.virtual_time import VirtualEnd
+from axistwin.probing.cases import dialect
+from axistwin.probing.comparing import Probe, Verdict, probe
 from axistwin.units import MS, S
 from probe import FULL, MODELS, PLUGGED, changed, twin
 

@@ -18,7 +18,9 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "src"))
 
 from axistwin.bench import product
 from axistwin.errors import LinkError
-from axistwin.probing import End, Settings, Verdict, open_end, probe
+from axistwin.hosts.end import End
+from axistwin.hosts.real_time import open_end
+from axistwin.probing.comparing import Settings, Verdict, probe
 from axistwin.testing import serve
 
 PORTS: tuple[tuple[str, Literal["tcp", "pty"] | None], ...] = (

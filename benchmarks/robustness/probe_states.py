@@ -22,7 +22,8 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "src"))
 
 from axistwin.bench import product
 from axistwin.errors import AxistwinError
-from axistwin.probing import Settings, Twin, Verdict, dialect, probe
+from axistwin.probing.cases import dialect
+from axistwin.probing.comparing import Settings, Twin, Verdict, probe
 from states import random_state
 
 MODELS = ("if1", "1811", "smartmotor")

@@ -24,8 +24,9 @@ from axistwin.bench import FAMILIES
 from axistwin.controllers.digiplan.chapters.data_format import BAUD_RATES as INTERFACE_RATES
 from axistwin.controllers.smartmotor.serial.serial_data import BAUD_RATES as MOTOR_RATES
 from axistwin.errors import AxistwinError
-from axistwin.probing import VirtualEnd
-from axistwin.probing.rescue import Rescue, find, rescue
+from axistwin.hosts.virtual_time import VirtualEnd
+from axistwin.probing.rescue.finding import find
+from axistwin.probing.rescue.saving import Rescue, rescue
 from axistwin.programs import stored_programs
 from axistwin.sim.frames import UartFormat
 from states import random_state

@@ -32,7 +32,8 @@ from typing import Any
 sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "src"))
 
 from axistwin import Bench
-from axistwin.links import Server, parse
+from axistwin.links.server import Server
+from axistwin.links.urls import parse
 
 C = ctypes.CDLL(None)
 AT_ONCE = 4
@@ -195,7 +196,7 @@ async def _pty() -> AsyncIterator[Place]:
 async def _panel() -> AsyncIterator[Place]:
     from axistwin.panel import web
     from axistwin.panel.web import Address, Panel
-    from axistwin.sessions import Session
+    from axistwin.sessions.session import Session
 
     web.RECONNECT_S = 0.5
     session = Session(_one_if1)
@@ -228,7 +229,7 @@ def _one_if1() -> Bench:
 @asynccontextmanager
 async def _ioc(*, pva: bool) -> AsyncIterator[int]:
     from axistwin.integrations import of_scene
-    from axistwin.integrations.epics import Ioc
+    from axistwin.integrations.epics.ioc import Ioc
 
     os.environ |= {"PVXS_LOG": "*=CRIT", "EPICS_CAS_AUTO_BEACON_ADDR_LIST": "NO", "EPICS_CAS_BEACON_ADDR_LIST": ""}
     bench = Bench()
@@ -341,7 +342,7 @@ class _Ignoring:
 
 @asynccontextmanager
 async def _stop_page() -> AsyncIterator[Place]:
-    from axistwin.standin import StopPage
+    from axistwin.standin.stop_page import StopPage
 
     page = StopPage("0", lambda: {"state": "LIVE: table.X", "live": True}, lambda: None)
     port = int(page.url.rstrip("/").rpartition(":")[2])

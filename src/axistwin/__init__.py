@@ -28,15 +28,15 @@ if TYPE_CHECKING:
 else:  # Load each module at its first use, so that `import axistwin` is fast.
     __getattr__ = lazy(
         __name__,
-        bench="Bench",
-        errors="AxistwinError",
-        scenes="Scene",
-        sessions="Session",
-        testing="serve",
         **{
+            "bench": "Bench",
             "conversations.player": "play",
             "conversations.recorder": "recording",
+            "errors": "AxistwinError",
             "fault_injection.injector": "Fault",
+            "scenes.scene": "Scene",
+            "sessions.session": "Session",
+            "testing.twin": "serve",
             "traces.trace": "tracing",
         },
     )

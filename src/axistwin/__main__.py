@@ -1,6 +1,6 @@
 """`python -m axistwin`: the command line without an installed script."""
 
-from axistwin.cli import main
+from axistwin.cli.program import main
 
 if __name__ == "__main__":
     main()

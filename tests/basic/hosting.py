@@ -8,7 +8,9 @@ from typing import Any
 
 from axistwin import Bench
 from axistwin.bench import Controller
-from axistwin.links import Pacer, Server, parse
+from axistwin.links.pacing import Pacer
+from axistwin.links.server import Server
+from axistwin.links.urls import parse
 from axistwin.units import to_ns
 
 from .interpreter import run_basic

@@ -13,7 +13,7 @@ from .listings import MANUAL, runnable, source
 
 pytestmark = pytest.mark.skipif(not MANUAL.exists(), reason="the manual is not here")
 
-AXISTWIN = ("-c", "from axistwin.cli import main; main()")
+AXISTWIN = ("-c", "from axistwin.cli.program import main; main()")
 
 
 async def serve_while_basic_runs(program: int, directory: Path, *options: str) -> tuple[str, int | None]:

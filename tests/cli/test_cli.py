@@ -9,7 +9,7 @@ import click
 import pytest
 
 from axistwin import __version__
-from axistwin.cli import COMMANDS, axistwin, execute
+from axistwin.cli.program import COMMANDS, axistwin, execute
 from axistwin.errors import LinkError, ProgramError, UsageError
 
 from ..command import PATIENCE_S
@@ -94,7 +94,7 @@ def test_a_bug_surfaces(ending):
 
 
 def test_a_reader_that_goes_away_is_no_error():
-    code = "from axistwin.cli import main; main(['--help'])"
+    code = "from axistwin.cli.program import main; main(['--help'])"
     program = subprocess.Popen(
         [sys.executable, "-c", "import sys; sys.stdin.read(); " + code],
         stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
@@ -136,7 +136,7 @@ def test_a_server_answers_without_displays_checkers_and_files():
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="no device that is always full")
 @pytest.mark.parametrize("arguments", [["commands", "if1"], ["--help"], ["commands", "if1", "--json"]])
 def test_an_output_that_cannot_be_written_is_one_line(arguments):
-    program = [sys.executable, "-c", "from axistwin.cli import main; main()"]
+    program = [sys.executable, "-c", "from axistwin.cli.program import main; main()"]
     with Path("/dev/full").open("w") as full:
         ended = subprocess.run(
             [*program, *arguments], stdout=full, stderr=subprocess.PIPE, text=True, timeout=PATIENCE_S

@@ -6,7 +6,7 @@ import pytest
 from click.testing import CliRunner
 
 from axistwin.bench import product, show_controls
-from axistwin.cli import axistwin
+from axistwin.cli.program import axistwin
 from axistwin.errors import UsageError
 
 

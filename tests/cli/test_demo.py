@@ -5,7 +5,7 @@ import re
 import pytest
 from click.testing import CliRunner
 
-from axistwin.cli import axistwin
+from axistwin.cli.program import axistwin
 from axistwin.errors import UsageError
 
 

@@ -12,7 +12,7 @@ import pytest
 from axistwin import Bench
 from axistwin.cli.serving import ending
 from axistwin.cli.serving.ending import fail
-from axistwin.links import Pacer
+from axistwin.links.pacing import Pacer
 from axistwin.panel.people import People
 
 from ..command import ended, serving

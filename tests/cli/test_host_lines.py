@@ -8,7 +8,7 @@ import serial
 
 import axistwin
 from axistwin.cli.serving import host_lines
-from axistwin.links import parse
+from axistwin.links.urls import parse
 
 EXCHANGE = {"if1": (b"(", b"U\r"), "smartmotor": (b"RP\r", b"0\r")}
 KINDS = {

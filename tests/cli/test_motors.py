@@ -14,7 +14,7 @@ from axistwin.plant.counts import Samples
 from axistwin.plant.servo_axis import ServoAxis
 from axistwin.plots.picture import save
 from axistwin.plots.trace_chart import of_trace
-from axistwin.reports import ServoMoves
+from axistwin.reports.servo_moves import ServoMoves
 from axistwin.sim.clock import Clock
 from axistwin.traces.memory import tracing_in_memory
 from axistwin.traces.trace import tracing

@@ -37,7 +37,7 @@ for name in ("termios", "fcntl", "pty", "tty", "grp", "pwd", "resource"):
 del select.poll
 sys.platform = "win32"
 """
-MAIN = "from axistwin.cli import main; main()"
+MAIN = "from axistwin.cli.program import main; main()"
 
 
 @pytest.fixture(params=[""])

@@ -11,7 +11,7 @@ import serial
 from click.testing import CliRunner
 
 from axistwin.bench import Do, Expect, Hear, Say
-from axistwin.cli import axistwin
+from axistwin.cli.program import axistwin
 from axistwin.conversations.conversation import load
 
 from ..command import PATIENCE_S, ended, refused, serving

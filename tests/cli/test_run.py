@@ -10,8 +10,8 @@ from pathlib import Path
 import pytest
 
 from axistwin import Bench
-from axistwin.cli import execute, main
 from axistwin.cli.common.working import RunProgress
+from axistwin.cli.program import execute, main
 
 
 @pytest.fixture

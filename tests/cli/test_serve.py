@@ -13,7 +13,8 @@ from axistwin import Bench
 from axistwin.cli.serving import host_lines, served
 from axistwin.cli.serving.host_lines import lines
 from axistwin.drivers import connect
-from axistwin.links import PortUrl, Server
+from axistwin.links.server import Server
+from axistwin.links.urls import PortUrl
 from axistwin.sim.frames import UartFormat
 
 from ..command import AT_ONCE, PATIENCE_S, ended, refused, run, serving

@@ -16,7 +16,7 @@ from functools import partial
 
 import pytest
 
-from axistwin.cli import execute
+from axistwin.cli.program import execute
 from axistwin.programs.keyboards import to_codes, to_glyphs
 from axistwin.terminal.screen import Screen
 

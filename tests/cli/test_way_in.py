@@ -13,8 +13,8 @@ import pytest
 from click.testing import CliRunner
 
 from axistwin.bench import FAMILIES
-from axistwin.cli import COMMANDS, axistwin, main
 from axistwin.cli.common import completing
+from axistwin.cli.program import COMMANDS, axistwin, main
 
 from ..command import PATIENCE_S, ended, refused, run, running
 

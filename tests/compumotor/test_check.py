@@ -4,7 +4,7 @@ import json
 
 import pytest
 
-from axistwin.cli import main
+from axistwin.cli.program import main
 
 DEFAULT = "31 00 00 00 00 61 A8 00 03 D0 90"
 VELOCITY_DISTANCE = "51 01 04 00 00 00 00"

@@ -7,7 +7,7 @@ import pytest
 from click.testing import CliRunner
 
 from axistwin import Bench
-from axistwin.cli import axistwin
+from axistwin.cli.program import axistwin
 from axistwin.conversations.comparison import Comparison, compare, recorded_times
 from axistwin.conversations.conversation import parse, write
 from axistwin.conversations.recorder import recording

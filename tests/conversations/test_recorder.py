@@ -12,7 +12,8 @@ from axistwin.conversations.conversation import Conversation, parse, write
 from axistwin.conversations.player import play
 from axistwin.conversations.recorder import recording
 from axistwin.errors import UsageError
-from axistwin.scenes import Scene, loader
+from axistwin.scenes.hosting import loader
+from axistwin.scenes.scene import Scene
 from axistwin.sim.manual_actions import by_itself
 from axistwin.sim.serial_port import Flow
 

@@ -8,8 +8,8 @@ import pytest
 from click.testing import CliRunner, Result
 
 from axistwin.bench import product
-from axistwin.cli import axistwin
 from axistwin.cli.authoring.check import diagnose
+from axistwin.cli.program import axistwin
 from axistwin.errors import AxistwinError, UsageError
 
 from ..told import raises

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from axistwin import Scene
-from axistwin.diagnostics import diagnose_scene
+from axistwin.diagnostics.scenes import diagnose_scene
 from axistwin.errors import AxistwinError
 
 EXAMPLES = Path(__file__).parents[2] / "examples"

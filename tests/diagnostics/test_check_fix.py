@@ -9,10 +9,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from axistwin.bench import product
-from axistwin.cli import axistwin
+from axistwin.cli.program import axistwin
 from axistwin.controllers.diagnostics import Edit
-from axistwin.diagnostics import diagnose_text
 from axistwin.diagnostics import fix as check_fix
+from axistwin.diagnostics.checking import diagnose_text
 from axistwin.errors import AxistwinError
 
 from ..told import raises

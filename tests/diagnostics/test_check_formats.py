@@ -8,7 +8,7 @@ import pytest
 from click.testing import CliRunner
 
 from axistwin import __version__
-from axistwin.cli import axistwin
+from axistwin.cli.program import axistwin
 from axistwin.diagnostics import codes
 from axistwin.errors import SceneError, UsageError
 

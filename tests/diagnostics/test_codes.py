@@ -10,8 +10,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from axistwin.bench import product
-from axistwin.cli import axistwin
-from axistwin.diagnostics import codes, diagnose_scene, diagnose_text, product_for
+from axistwin.cli.program import axistwin
+from axistwin.diagnostics import codes
+from axistwin.diagnostics.checking import diagnose_text, product_for
+from axistwin.diagnostics.scenes import diagnose_scene
 from axistwin.errors import UsageError
 
 RULES = [(title, rule) for title, table in codes.tables().items() for rule in table]

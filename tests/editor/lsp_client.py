@@ -12,7 +12,7 @@ ROOT = Path(__file__).parents[2]
 
 class Client:
     def __init__(self) -> None:
-        command = [sys.executable, "-c", "from axistwin.cli import main; main(['lsp'])"]
+        command = [sys.executable, "-c", "from axistwin.cli.program import main; main(['lsp'])"]
         self.process = subprocess.Popen(
             command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL,
             env={"PYTHONPATH": str(ROOT / "src"), "PATH": ""},

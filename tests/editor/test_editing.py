@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from axistwin.bench import codec_of, product
 from axistwin.controllers.compumotor.checker.program import acceptable
 from axistwin.controllers.smartmotor.language.program import OPENS, digits, word
-from axistwin.diagnostics import read_acts, sessions
+from axistwin.diagnostics.checking import read_acts, sessions
 from axistwin.editor.compumotor import Commands
 from axistwin.editor.digiplan import CommandLines
 from axistwin.editor.scene import Scenes

@@ -8,8 +8,8 @@ from types import SimpleNamespace
 
 import pytest
 
-from axistwin.cli import axistwin
 from axistwin.cli.authoring import lsp
+from axistwin.cli.program import axistwin
 from axistwin.errors import MissingExtraError
 
 from .lsp_client import ROOT, Client
@@ -253,7 +253,7 @@ def test_a_long_line_with_many_diagnostics_is_checked_fast(client):
 @pytest.mark.parametrize("length", [b"abc", b"-1", b"9" * 30])
 def test_a_wrong_length_ends_the_server_in_a_line(length):
     ended = subprocess.run(
-        [sys.executable, "-c", "from axistwin.cli import main; main(['lsp'])"],
+        [sys.executable, "-c", "from axistwin.cli.program import main; main(['lsp'])"],
         input=b"Content-Length: " + length + b"\r\n\r\n{}", capture_output=True, check=False,
     )  # fmt: skip
     assert (ended.returncode, ended.stderr.count(b"\n")) == (2, 1)

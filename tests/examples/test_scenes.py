@@ -8,7 +8,7 @@ import pytest
 from click.testing import CliRunner
 
 from axistwin import Scene
-from axistwin.cli import axistwin
+from axistwin.cli.program import axistwin
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 SCENES = "drill", "winder", "cut-to-length", "gains"

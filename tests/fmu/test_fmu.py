@@ -15,7 +15,7 @@ import pytest
 
 from axistwin import Scene
 from axistwin.errors import UsageError
-from axistwin.fmu import export
+from axistwin.fmu.archive import export
 
 from ..command import run
 

@@ -291,7 +291,7 @@ def test_each_client_library_and_the_outcome_of_a_move(ioc, library):
 
 def test_a_port_needs_a_model_that_answers(tmp_path, capsys):
     needs("caproto")
-    from axistwin.cli import main
+    from axistwin.cli.program import main
 
     for words, message in (
         (["COM3"], "the model of the controller at the port is missing: add --model"),

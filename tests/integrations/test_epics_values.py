@@ -14,7 +14,7 @@ from .conftest import PATIENCE, free_port
 
 ca = pytest.importorskip("caproto", reason="caproto is not installed")
 
-from axistwin.integrations.epics import Ioc  # noqa: E402
+from axistwin.integrations.epics.ioc import Ioc  # noqa: E402
 
 from .test_channel_access import Visitor  # noqa: E402
 

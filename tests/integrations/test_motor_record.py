@@ -8,7 +8,7 @@ import pytest
 from axistwin import Bench
 from axistwin.drivers import DriverError, RefusedError
 from axistwin.integrations import of_scene
-from axistwin.integrations.epics import MotorRecord
+from axistwin.integrations.epics.motor_record import MotorRecord
 
 from .conftest import PATIENCE
 

@@ -196,7 +196,7 @@ def test_only_clients_with_a_trusted_certificate_connect(scene_file, tmp_path):
 
 
 def test_errors_of_the_command_line(tmp_path, capsys):
-    from axistwin.cli import main
+    from axistwin.cli.program import main
 
     users = tmp_path / "users.txt"
     users.write_text("anna operator\n")

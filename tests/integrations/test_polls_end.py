@@ -14,7 +14,7 @@ from .conftest import free_port
 def serving_of(kind, machine):
     if kind == "epics":
         pytest.importorskip("caproto", reason="caproto is not installed")
-        from axistwin.integrations.epics import Ioc
+        from axistwin.integrations.epics.ioc import Ioc
 
         return Ioc(machine, "P:").serving
     pytest.importorskip("asyncua", reason="asyncua is not installed")

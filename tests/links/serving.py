@@ -8,7 +8,8 @@ from typing import Any, Self
 
 from axistwin import Bench
 from axistwin.bench import Controller
-from axistwin.links import PortUrl, Server, parse
+from axistwin.links.server import Server
+from axistwin.links.urls import PortUrl, parse
 from axistwin.sim.serial_port import Flow
 
 HOST_TIMEOUT_S = 300

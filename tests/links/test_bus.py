@@ -6,7 +6,7 @@ import struct
 import pytest
 
 from axistwin.errors import UsageError
-from axistwin.links import LONGEST_LINE, MAX_BLOCK
+from axistwin.links.bus import LONGEST_LINE, MAX_BLOCK
 from axistwin.units import S
 
 from .serving import HOST_TIMEOUT_S, Served

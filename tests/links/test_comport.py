@@ -4,7 +4,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from axistwin.links import ComPort, Control, Purge, SetBreak, SetFlow, SetLines, Suspend, escape
+from axistwin.links.comport import ComPort, Control, Purge, SetBreak, SetFlow, SetLines, Suspend
+from axistwin.links.telnet import escape
 from axistwin.sim.frames import LineError, UartFormat
 from axistwin.sim.serial_port import SetFormat
 
@@ -181,7 +182,7 @@ def test_a_change_of_a_control_line_is_told_with_its_delta(port):
 
 
 def test_a_line_that_moved_and_is_back_shows_in_the_delta(port):
-    from axistwin.links import ModemState
+    from axistwin.links.comport import ModemState
 
     port.set_modem_state(dsr=True, cts=False, moved=ModemState.CTS_CHANGED)
     assert port.take_replies() == sub(107, b"\x21")

@@ -8,8 +8,13 @@ import serial
 from axistwin import Bench
 from axistwin.bench import Do, Say
 from axistwin.errors import UsageError
-from axistwin.links import FULL, Gate, Pacer, Plug, Server
-from axistwin.sessions import Cursor, ExternalInput, RecordedPort
+from axistwin.links.pacing import Pacer
+from axistwin.links.plug import FULL, Plug
+from axistwin.links.server import Server
+from axistwin.links.single_client import Gate
+from axistwin.sessions.external_input import ExternalInput
+from axistwin.sessions.journal import Cursor
+from axistwin.sessions.recorded_port import RecordedPort
 from axistwin.sim.clock import Clock
 from axistwin.sim.frames import UartFormat
 from axistwin.sim.pins import Pin

@@ -9,7 +9,9 @@ from pathlib import Path
 import pytest
 
 from axistwin import Bench
-from axistwin.links import CHUNK, FEW, FULL, INSTANT_CHUNK, Pacer, Plug, pacing
+from axistwin.links import pacing
+from axistwin.links.pacing import Pacer
+from axistwin.links.plug import CHUNK, FEW, FULL, INSTANT_CHUNK, Plug
 
 from .fake_loop import Loop
 

@@ -4,7 +4,9 @@ import pytest
 
 from axistwin import Bench
 from axistwin.errors import UsageError
-from axistwin.links import ManualPacer, Pacer, pacing, read_speed
+from axistwin.links import pacing
+from axistwin.links.manual_pacer import ManualPacer
+from axistwin.links.pacing import Pacer, read_speed
 from axistwin.sim.clock import Clock
 from axistwin.units import MOST_NS, MS, S
 

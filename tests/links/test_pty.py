@@ -12,7 +12,7 @@ import pytest
 import serial
 
 from axistwin.errors import LinkError
-from axistwin.links import CHUNK, FULL
+from axistwin.links.plug import CHUNK, FULL
 from axistwin.sim.frames import UartFormat
 
 from .serving import HOST_TIMEOUT_S, dial, receive
@@ -259,7 +259,7 @@ def test_what_a_client_leaves_in_the_terminal_ends_with_the_client(served, if1, 
 EXCLUSIVE_CLIENTS = """
 import fcntl, os, serial, subprocess, sys, termios
 words = ["serve", "if1", "--pty", sys.argv[1], "--speed", "max", "--line", "instant", "--reset-on-connect"]
-program = [sys.executable, "-c", "from axistwin.cli import main; main()"]
+program = [sys.executable, "-c", "from axistwin.cli.program import main; main()"]
 server = subprocess.Popen([*program, *words], stdout=subprocess.PIPE)
 try:
     server.stdout.readline()

@@ -6,8 +6,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from axistwin import Bench
-from axistwin.links import Pacer, Plug
-from axistwin.sessions import RecordedPort
+from axistwin.links.pacing import Pacer
+from axistwin.links.plug import Plug
+from axistwin.sessions.recorded_port import RecordedPort
 from axistwin.sim.frames import UartFormat
 from axistwin.sim.serial_port import Flow
 

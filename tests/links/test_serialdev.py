@@ -7,7 +7,7 @@ import tty
 import pytest
 
 from axistwin.errors import LinkError
-from axistwin.links import SerialDevice
+from axistwin.links.serialdev import SerialDevice
 from axistwin.sim.frames import UartFormat
 
 from .serving import Served, dial, receive

@@ -6,11 +6,14 @@ import socket
 import pytest
 
 from axistwin import Bench
-from axistwin.cli import main
-from axistwin.diagnostics import RefusedLines
+from axistwin.cli.program import main
+from axistwin.diagnostics.refused_lines import RefusedLines
 from axistwin.drivers import connect
 from axistwin.errors import UsageError
-from axistwin.links import FULL, Gate, Hub, Seat, sharing
+from axistwin.links import sharing
+from axistwin.links.plug import FULL
+from axistwin.links.sharing import Hub, Seat
+from axistwin.links.single_client import Gate
 
 from .serving import Served, ask, dial, initialise, receive
 

@@ -7,7 +7,9 @@ import struct
 import pytest
 
 from axistwin.errors import LinkError, UsageError
-from axistwin.links import CHUNK, FULL, STALLED, PortUrl, resolved
+from axistwin.links.plug import CHUNK, FULL
+from axistwin.links.tcp import STALLED, resolved
+from axistwin.links.urls import PortUrl
 from axistwin.sim.frames import LineError
 from axistwin.sim.serial_port import Flow
 

@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from axistwin.links import (
+from axistwin.links.telnet import (
     IAC,
     LONGEST_SUBNEGOTIATION,
     SB,

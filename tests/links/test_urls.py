@@ -3,7 +3,7 @@
 import pytest
 
 from axistwin.errors import UsageError
-from axistwin.links import PortUrl, parse, parse_as
+from axistwin.links.urls import PortUrl, parse, parse_as
 
 
 @pytest.mark.parametrize(

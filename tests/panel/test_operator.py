@@ -8,7 +8,7 @@ from axistwin.panel.context import Common, Context
 from axistwin.panel.people import People
 from axistwin.panel.views.asides import PanelRemedies
 from axistwin.panel.views.operator import operator
-from axistwin.scenes import Scene
+from axistwin.scenes.scene import Scene
 from axistwin.teaching.tutor import Tutor
 
 from .showing import shown

@@ -17,13 +17,14 @@ from websockets.sync.client import connect
 from axistwin import Bench
 from axistwin.panel import web
 from axistwin.panel.web import Address, Panel, listening_socket
-from axistwin.sessions import Session
+from axistwin.sessions.session import Session
 
 from ..command import PATIENCE_S, ended, refused, running
 from .showing import stage
 
 WITHOUT = (
-    "import sys; sys.modules['nicegui'] = None\nfrom axistwin.cli import main; main(['serve', 'if1', '--panel', '0'])"
+    "import sys; sys.modules['nicegui'] = None\n"
+    "from axistwin.cli.program import main; main(['serve', 'if1', '--panel', '0'])"
 )
 PANEL = re.compile(r"panel on (http://\S+)\n")
 

@@ -7,7 +7,7 @@ from axistwin.panel.context import Common, Context
 from axistwin.panel.people import People
 from axistwin.panel.views.darkness import MODES
 from axistwin.panel.views.driving import driving
-from axistwin.scenes import Scene
+from axistwin.scenes.scene import Scene
 
 from .showing import shown
 

@@ -7,7 +7,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from axistwin import Bench, Scene
-from axistwin.cli import main
+from axistwin.cli.program import main
 from axistwin.errors import SceneError, UsageError
 from axistwin.plant.machine_units import MachineUnits, position, rate
 from axistwin.traces.reading import read

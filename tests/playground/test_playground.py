@@ -9,7 +9,8 @@ import zipfile
 import pytest
 
 from axistwin.errors import AxistwinError, UsageError
-from axistwin.playground import LONGEST_LINK, Playground, Shared, decode, encode
+from axistwin.playground.link import LONGEST_LINK, Shared, decode, encode
+from axistwin.playground.machine import Playground
 
 from ..command import run
 from ..told import raises
@@ -169,7 +170,7 @@ for package in "{PACKAGES}".split():
     for module in pkgutil.walk_packages(folder.__path__, "axistwin." + package + "."):
         if ".kernel." not in module.name:  # run time chooses the plain or the compiled kernel
             importlib.import_module(module.name)
-from axistwin.playground import Playground
+from axistwin.playground.machine import Playground
 playground = Playground(pathlib.Path(tempfile.mkdtemp()))
 for model in ("if1", "1811", "smartmotor"):
     playground.open_model(model)

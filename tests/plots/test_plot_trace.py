@@ -7,7 +7,7 @@ from xml.etree import ElementTree as ET
 import pytest
 
 from axistwin import Bench
-from axistwin.cli import main
+from axistwin.cli.program import main
 from axistwin.plots import picture
 from axistwin.plots.chart import Fault
 from axistwin.plots.trace_chart import messages, of_trace

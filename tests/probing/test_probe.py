@@ -8,7 +8,11 @@ import pytest
 from axistwin import Bench
 from axistwin.bench import product
 from axistwin.errors import LinkError, UsageError
-from axistwin.probing import Motion, Settings, Verdict, VirtualEnd, dialect, html, open_end, probe
+from axistwin.hosts.real_time import open_end
+from axistwin.hosts.virtual_time import VirtualEnd
+from axistwin.probing.cases import dialect
+from axistwin.probing.comparing import Motion, Settings, Verdict, probe
+from axistwin.probing.report import html
 from axistwin.sim.frames import UartFormat
 from axistwin.testing import serve
 

@@ -10,8 +10,10 @@ from axistwin.bench import action, product
 from axistwin.conversations.conversation import parse
 from axistwin.conversations.player import play
 from axistwin.errors import LinkError, UsageError
-from axistwin.probing import VirtualEnd, open_end
-from axistwin.probing.rescue import Found, find, rescue
+from axistwin.hosts.real_time import open_end
+from axistwin.hosts.virtual_time import VirtualEnd
+from axistwin.probing.rescue.finding import Found, find
+from axistwin.probing.rescue.saving import rescue
 from axistwin.programs import stored_programs
 from axistwin.sim.frames import UartFormat
 from axistwin.testing import serve

@@ -11,7 +11,9 @@ import pytest
 from axistwin import Bench
 from axistwin.bench import product
 from axistwin.controllers.smartmotor.nonvolatile import Nonvolatile
-from axistwin.probing import Motion, Settings, Twin, Verdict, VirtualEnd, dialect, probe
+from axistwin.hosts.virtual_time import VirtualEnd
+from axistwin.probing.cases import dialect
+from axistwin.probing.comparing import Motion, Settings, Twin, Verdict, probe
 from axistwin.probing.smartmotor import memory, moving, still
 
 from ..command import run

@@ -9,7 +9,7 @@ from axistwin.bench import Do, Say, Wait
 from axistwin.errors import ProgramError, UsageError
 from axistwin.programs.command_lines import read_command_lines, send_lines
 from axistwin.programs.running import Outcome, load
-from axistwin.reports import RunRecord, recording_run
+from axistwin.reports.run_record import RunRecord, recording_run
 from axistwin.units import S
 
 from ..told import raises

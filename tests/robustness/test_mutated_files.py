@@ -5,7 +5,7 @@ import json
 import pytest
 
 from axistwin import Bench, Scene, tracing
-from axistwin.cli import execute
+from axistwin.cli.program import execute
 from axistwin.controllers.smartmotor.kernel.core import Engine
 from axistwin.editor.smartmotor import SourceEditing
 from axistwin.errors import ProgramError, SceneError, TraceError, UsageError

@@ -9,7 +9,7 @@ import pytest
 from axistwin import Scene
 from axistwin.errors import SceneError
 from axistwin.programs import running
-from axistwin.scenes import places
+from axistwin.scenes.toml_places import places
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 

@@ -8,8 +8,8 @@ import pytest
 from click.testing import CliRunner
 
 from axistwin import Scene
-from axistwin.cli import axistwin
 from axistwin.cli.authoring.faults import rows
+from axistwin.cli.program import axistwin
 from axistwin.errors import AxistwinError, SceneError, UsageError
 from axistwin.fault_injection.kinds import KINDS
 

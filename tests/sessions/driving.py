@@ -9,7 +9,7 @@ from typing import Any
 from click.testing import CliRunner
 
 from axistwin import Bench, Session, tracing
-from axistwin.cli import axistwin
+from axistwin.cli.program import axistwin
 
 TURN_S = 1e-6
 """Shortest duration of a turn of the loop, in seconds."""

@@ -4,7 +4,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from axistwin.bench import Do, Say
-from axistwin.sessions import Cursor, Journal, Moment
+from axistwin.sessions.journal import Cursor, Journal, Moment
 from axistwin.units import MS
 
 POLL = Say(b"R\r", controller="if1")

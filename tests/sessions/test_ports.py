@@ -3,8 +3,8 @@
 import asyncio
 
 from axistwin import Session
-from axistwin.links import parse
-from axistwin.sessions import DRAIN_EVERY
+from axistwin.links.urls import parse
+from axistwin.sessions.session import DRAIN_EVERY
 
 from ..benches import bench_of
 from ..links.serving import HOST_TIMEOUT_S

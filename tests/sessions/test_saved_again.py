@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from axistwin import Scene, Session
-from axistwin.scenes import rank_of
+from axistwin.scenes.hosting import rank_of
 
 from ..benches import bench_of
 from .driving import Traced, run_saved

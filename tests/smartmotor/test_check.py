@@ -12,7 +12,8 @@ from axistwin.controllers.diagnostics import Sent, Session
 from axistwin.controllers.smartmotor.checker.program import check
 from axistwin.controllers.smartmotor.commands import COMMANDS
 from axistwin.controllers.smartmotor.language import class5
-from axistwin.diagnostics import diagnose_text, fix
+from axistwin.diagnostics import fix
+from axistwin.diagnostics.checking import diagnose_text
 from axistwin.programs import stored_programs
 
 from .test_program import FAULT_HANDLING

@@ -2,7 +2,9 @@
 
 import numpy as np
 
-from axistwin.standin import AxisPins, BoardPin, InputPin, KlipperBoard, OutputPin, State, Wiring
+from axistwin.standin.board import State
+from axistwin.standin.klipper import KlipperBoard
+from axistwin.standin.wiring import AxisPins, BoardPin, InputPin, OutputPin, Wiring
 
 from .small_board import SmallBoard
 

@@ -1,6 +1,6 @@
 """A simulated board that makes the pulses of a bench, at each speed of its virtual time."""
 
-from axistwin.standin import Driver
+from axistwin.standin.driver import Driver
 from axistwin.units import MS
 
 from .metal import Metal

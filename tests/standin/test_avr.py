@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from axistwin.standin import AxisPins, BoardPin, Failed, InputPin, Stopped
+from axistwin.standin.events import Failed, Stopped
+from axistwin.standin.wiring import AxisPins, BoardPin, InputPin
 
 from .avr_board import AvrBoard
 from .metal import Metal

@@ -7,18 +7,10 @@ import numpy as np
 import pytest
 
 from axistwin.errors import UsageError
-from axistwin.standin import (
-    AxisPins,
-    BoardPin,
-    Dictionary,
-    Failed,
-    InputChanged,
-    InputPin,
-    Ready,
-    State,
-    Stopped,
-    Wiring,
-)
+from axistwin.standin.board import State
+from axistwin.standin.dictionary import Dictionary
+from axistwin.standin.events import Failed, InputChanged, Ready, Stopped
+from axistwin.standin.wiring import AxisPins, BoardPin, InputPin, Wiring
 
 from .metal import INPUT, LIMIT, TICK_S, Metal, X, Y
 from .small_board import DESCRIBED, SmallBoard

@@ -13,8 +13,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from axistwin.standin import DrivenAxis, Failed, InputChanged, Ready, Sensed, Stopped, Switched
-from axistwin.standin.hal import PYTHON, SLOW_S, HalBoard, HalSender, HalWiring, Track
+from axistwin.standin.events import Failed, InputChanged, Ready, Stopped
+from axistwin.standin.hal.board import HalBoard
+from axistwin.standin.hal.sender import PYTHON, HalSender
+from axistwin.standin.hal.track import SLOW_S, Track
+from axistwin.standin.hal.wiring import HalWiring
+from axistwin.standin.wiring import DrivenAxis, Sensed, Switched
 
 from .hal_twin import HalTwin
 

@@ -8,8 +8,13 @@ from queue import SimpleQueue
 import pytest
 
 from axistwin.errors import UsageError
-from axistwin.standin import DrivenAxis, Journal, Sender, State, Stopped, last_positions
-from axistwin.standin.hal import HalBoard, HalWiring
+from axistwin.standin.board import State
+from axistwin.standin.events import Stopped
+from axistwin.standin.hal.board import HalBoard
+from axistwin.standin.hal.wiring import HalWiring
+from axistwin.standin.journal import Journal, last_positions
+from axistwin.standin.sender import Sender
+from axistwin.standin.wiring import DrivenAxis
 
 from .metal import Metal
 

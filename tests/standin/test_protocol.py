@@ -9,7 +9,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from axistwin.errors import LinkError
-from axistwin.standin import Channel, ClockFit, Dictionary, frames
+from axistwin.standin import frames
+from axistwin.standin.channel import Channel
+from axistwin.standin.clock_fit import ClockFit
+from axistwin.standin.dictionary import Dictionary
 
 from .small_board import DESCRIBED
 

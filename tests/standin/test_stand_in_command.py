@@ -14,10 +14,12 @@ from types import SimpleNamespace
 import click
 import pytest
 
-from axistwin.cli import main
+from axistwin.cli.program import main
 from axistwin.cli.serving import stand_in
-from axistwin.scenes import Scene
-from axistwin.standin import Failed, Journal, last_positions, reading
+from axistwin.scenes.scene import Scene
+from axistwin.standin import reading
+from axistwin.standin.events import Failed
+from axistwin.standin.journal import Journal, last_positions
 
 SCENE = """
 [[controller]]

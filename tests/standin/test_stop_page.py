@@ -16,7 +16,7 @@ from urllib.request import urlopen
 import pytest
 
 from axistwin.errors import LinkError, UsageError
-from axistwin.standin import StopPage
+from axistwin.standin.stop_page import StopPage
 
 
 @pytest.fixture

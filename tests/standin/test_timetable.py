@@ -5,7 +5,8 @@ from math import gcd
 
 import pytest
 
-from axistwin.standin import BoardPin, InputPin, Timetable, Wiring
+from axistwin.standin.timetable import Timetable
+from axistwin.standin.wiring import BoardPin, InputPin, Wiring
 
 from .metal import X
 

@@ -5,10 +5,11 @@ import sys
 import pytest
 
 from axistwin import Bench
-from axistwin.diagnostics import diagnose_scene
+from axistwin.diagnostics.scenes import diagnose_scene
 from axistwin.errors import AxistwinError, UsageError
-from axistwin.playground import Playground, Shared, encode
-from axistwin.sessions import Session
+from axistwin.playground.link import Shared, encode
+from axistwin.playground.machine import Playground
+from axistwin.sessions.session import Session
 from axistwin.sweeps import Sweep
 
 from ..command import run

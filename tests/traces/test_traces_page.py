@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from axistwin import __version__
-from axistwin.cli import main
+from axistwin.cli.program import main
 
 PAGE = (Path(__file__).parents[2] / "docs" / "traces.md").read_text(encoding="utf-8")
 BLOCKS = re.findall(r"^```(\w*)\n(.*?)^```$", PAGE, re.DOTALL | re.MULTILINE)

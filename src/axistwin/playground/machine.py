@@ -16,8 +16,7 @@ from axistwin.bench import FAMILIES, Bench, Controller
 from axistwin.bench.codec import codec_of, unpadded
 from axistwin.bench.controller import on_a_bus
 from axistwin.controllers.front import Item, Lamp
-from axistwin.diagnostics import diagnose_text
-from axistwin.diagnostics.checking import MODELS, PROGRAMS
+from axistwin.diagnostics.checking import MODELS, PROGRAMS, diagnose_text
 from axistwin.drawings.machine import used_axes
 from axistwin.errors import PlacedError, UsageError
 from axistwin.guide.shipped import examples

@@ -25,9 +25,8 @@ from typing import Annotated, Any, Literal
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from axistwin.errors import AxistwinError, PlacedError, SceneError
-from axistwin.scenes import places
 from axistwin.scenes.source import read_text
-from axistwin.scenes.toml_places import place_of
+from axistwin.scenes.toml_places import place_of, places
 from axistwin.sweeps.sentences import CLAIMS, MEASURES, Form
 from axistwin.sweeps.sweep import Design, Sweep
 

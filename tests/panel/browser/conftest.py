@@ -14,7 +14,7 @@ from .using import PATIENCE_MS, Panel, quiet
 
 ROOT = Path(__file__).resolve().parents[3]
 ARTEFACTS = ROOT / "tests" / "artefacts"
-PROGRAM = [sys.executable, "-c", "from axistwin.cli import main; main()", "serve"]
+PROGRAM = [sys.executable, "-c", "from axistwin.cli.program import main; main()", "serve"]
 FLAGS = [
     "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run", "--disable-background-networking",
     "--disable-component-update", "--disable-sync", "--force-prefers-reduced-motion",

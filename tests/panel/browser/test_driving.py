@@ -6,7 +6,7 @@ import zipfile
 from click.testing import CliRunner
 from playwright.sync_api import expect
 
-from axistwin.cli import axistwin
+from axistwin.cli.program import axistwin
 
 from .using import click, on, press, strike, thumb
 

@@ -9,8 +9,10 @@ import click
 from axistwin.bench import line_format, product
 from axistwin.cli.common.completing import complete_model
 from axistwin.cli.common.parameters import FILE
-from axistwin.probing import Motion, Probe, Settings, Verdict, html, open_end
-from axistwin.probing import probe as compare
+from axistwin.hosts.real_time import open_end
+from axistwin.probing.comparing import Motion, Probe, Settings, Verdict
+from axistwin.probing.comparing import probe as compare
+from axistwin.probing.report import html
 from axistwin.storage import write_file
 
 

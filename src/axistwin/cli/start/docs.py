@@ -72,7 +72,7 @@ def docs(
 def _playground(out: Path | None, engine: Path | None) -> None:
     if out is None or engine is None:
         raise UsageError("--playground needs two folders: expected --engine DIR --out DIR")
-    from axistwin.playground import build
+    from axistwin.playground.building import build
 
     try:
         page = build(out, engine)

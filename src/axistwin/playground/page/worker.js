@@ -28,7 +28,7 @@ sys.path.insert(0, "/libraries")
 import json
 from pathlib import Path
 from axistwin.errors import AxistwinError
-from axistwin.playground import Playground
+from axistwin.playground.machine import Playground
 
 _playground = Playground(Path("/scene"))
 

@@ -15,7 +15,7 @@ from axistwin.hosts.exchange import Exchange, Report
 from axistwin.hosts.virtual_time import VirtualEnd
 from axistwin.probing.rescue.contents import Contents, reader
 from axistwin.probing.rescue.finding import Found
-from axistwin.scenes import Scene
+from axistwin.scenes.scene import Scene
 from axistwin.scenes.toml_text import tables
 from axistwin.storage import write_error
 
