@@ -22,9 +22,9 @@ from fmpy.fmi3 import FMU3Slave
 from fmpy.validation import validate_fmu
 
 from axistwin import Bench, Scene
-from axistwin.fmu.archive import export
-from axistwin.fmu.machine import Machine
 from axistwin.plant.servo_axis import ServoAxis
+from axistwin.real.integrations.fmu.archive import export
+from axistwin.real.integrations.fmu.slave import Machine
 from axistwin.sweeps import Recording, Series
 
 EXAMPLES = ("winder/scene.toml", "cut-to-length/scene.toml", "gains/scene.toml")

@@ -14,8 +14,8 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "src"))
 import simpy
 
 from axistwin import Bench
-from axistwin.sessions.session import Session
-from axistwin.units import MS, S
+from axistwin.core.units import MS, S
+from axistwin.scenes.sessions.session import Session
 
 SECONDS, PERIOD_MS, RUNS = 3600, 100, 3
 GOAL_S = 5.0

@@ -18,8 +18,8 @@ from contextlib import suppress
 
 from axistwin import Bench
 from axistwin.drivers import DriverError, SilentError
-from axistwin.integrations import Station, of_scene
-from axistwin.integrations.epics.motor_record import MotorRecord
+from axistwin.real.integrations import Station, of_scene
+from axistwin.real.integrations.epics.motor_record import MotorRecord
 
 AXES = {"if1": "X", "1811": "motor", "smartmotor": "shaft"}
 ACTS = ("stop", "abort", "pause", "cut", "new target", "power")

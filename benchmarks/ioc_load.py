@@ -39,8 +39,8 @@ def motors(ports: Connection) -> None:
 def ioc(ports: dict[str, str], port: int, figures: Connection) -> None:
     """Serve the axes until the process is ended; count the polls."""
     from axistwin.drivers import AsyncController, make
-    from axistwin.integrations import Machine, Station
-    from axistwin.integrations.epics.ioc import Ioc
+    from axistwin.real.integrations import Machine, Station
+    from axistwin.real.integrations.epics.ioc import Ioc
 
     async def run() -> None:
         stations = [Station(name, "if1", AsyncController(url, make("if1", {}))) for name, url in ports.items()]

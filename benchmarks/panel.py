@@ -26,12 +26,12 @@ from first_page import CHROMIUM, FLAGS, SIZE
 
 from axistwin import Bench
 from axistwin.bench import Controller
-from axistwin.panel import page
-from axistwin.panel.views.scope import scope
-from axistwin.panel.web import Address, Panel
-from axistwin.sessions.session import Session
+from axistwin.core.units import MS
+from axistwin.scenes.sessions.session import Session
 from axistwin.sim.clock import Procedure
-from axistwin.units import MS
+from axistwin.ui.panel import page
+from axistwin.ui.panel.views.scope import scope
+from axistwin.ui.panel.web import Address, Panel
 
 SIGNALS = (
     "if1.X.pulses", "if1.X.velocity", "if1.output1", "if1.host_says", "1811.motor.pulses", "1811.motor.velocity",

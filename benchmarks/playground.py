@@ -18,7 +18,7 @@ import tempfile
 import time
 from pathlib import Path
 
-from axistwin.playground.building import build
+from axistwin.ui.playground.building import build
 
 ROOT = Path(__file__).parents[1]
 LEAST_SPEED = 4
@@ -29,10 +29,10 @@ import hashlib, json, tempfile, time
 from pathlib import Path
 from axistwin.bench import Bench
 from axistwin.bench.options import read_options
-from axistwin.conversations.conversation import load
-from axistwin.conversations.player import play
-from axistwin.playground.machine import Playground
-from axistwin.programs.running import options
+from axistwin.bench.talk.conversation import load
+from axistwin.bench.talk.player import play
+from axistwin.ui.playground.playground import Playground
+from axistwin.bench.programs.running import options
 
 def result(file):
     """Return the difference from the recording, and a hash of all data, levels and positions with their times."""

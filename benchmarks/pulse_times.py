@@ -12,9 +12,9 @@ from time import process_time
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "src"))
 
-from axistwin.motion.profile import Profile, Segment
-from axistwin.motion.ramp import Ramp
-from axistwin.motion.train import Train
+from axistwin.sim.motion.profile import Profile, Segment
+from axistwin.sim.motion.ramp import Ramp
+from axistwin.sim.motion.train import Train
 
 PULSES = 10_000_000
 LOOPED = 200_000

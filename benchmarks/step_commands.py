@@ -24,8 +24,8 @@ import numpy as np
 
 from axistwin import Bench
 from axistwin.bench import Controller
-from axistwin.motion.step_queue import plan
-from axistwin.standin.motors import Motor, motor
+from axistwin.real.standin.motors import Motor, motor
+from axistwin.sim.motion.step_queue import plan
 
 MHZ, MOST_COMMANDS, MOST_PER_LEVEL = 16, 150, 2.5
 COLLECT_S, LONGEST_S = 0.01, 30.0

@@ -15,7 +15,7 @@ import tempfile
 from pathlib import Path
 from time import perf_counter, process_time, sleep
 
-from axistwin.programs.command_lines import run_until_quiet
+from axistwin.bench.programs.command_lines import run_until_quiet
 from axistwin.sweeps import BOUND_NS, Design, Sweep, Workers, digest, read
 
 SCENE = """

@@ -13,8 +13,8 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "src"))
 
 from axistwin import Bench
 from axistwin.bench import Controller
-from axistwin.traces.signals import EVERYTHING
-from axistwin.traces.trace import tracing
+from axistwin.records.traces.signals import EVERYTHING
+from axistwin.records.traces.trace import tracing
 
 SECONDS, RUNS = 60, 3
 GOAL = 3.0

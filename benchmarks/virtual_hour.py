@@ -14,7 +14,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "src"))
 
 from axistwin import Bench
 from axistwin.bench import Controller
-from axistwin.motion.train import HISTORY
+from axistwin.sim.motion.train import HISTORY
 
 HOUR = 3600
 STEPS = ["XS1", "X-S2", "YS3", "Y-S4", "ZS5", "Z-R5", "XYZR4", "X-YZR3", "X-Y-Z-R2", "X-Y-Z-R1"]

@@ -13,7 +13,7 @@ sys.path.insert(0, str(Path(__file__).parent))
 import generate
 
 import axistwin
-from axistwin.playground.building import build
+from axistwin.ui.playground.building import build
 
 project = "axistwin"
 author = "The axistwin developers"

@@ -14,7 +14,7 @@ from axistwin.bench import product, show_controls
 from axistwin.cli.program import axistwin
 from axistwin.controllers.diagnostics import Rule
 from axistwin.controllers.front import Lamp
-from axistwin.diagnostics import codes
+from axistwin.scenes.diagnostics import codes
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
 MODELS = {"if2": "Digiplan IF1 and IF2", "1811": "Compumotor 1810 and 1811", "smartmotor": "Animatics SmartMotor 4.76"}

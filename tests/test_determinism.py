@@ -17,10 +17,10 @@ from hypothesis import strategies as st
 from axistwin import Bench
 from axistwin.controllers.smartmotor.kernel import jit, kernel
 from axistwin.controllers.smartmotor.kernel.core import Engine
+from axistwin.core.units import S
 from axistwin.links.pacing import Pacer
+from axistwin.records.traces.trace import tracing
 from axistwin.sim.pins import connect
-from axistwin.traces.trace import tracing
-from axistwin.units import S
 
 from .links.fake_loop import Loop
 

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from axistwin.bench import product
-from axistwin.diagnostics import codes
+from axistwin.scenes.diagnostics import codes
 
 ROOT = Path(__file__).resolve().parents[1]
 BUILD = """

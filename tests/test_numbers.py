@@ -6,8 +6,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from axistwin.errors import MOST_MESSAGE, UsageError, one_line
-from axistwin.numbers import MOST_CHARACTERS, NumberError, check_values, decimal, real, shortened, whole
+from axistwin.core.errors import MOST_MESSAGE, UsageError, one_line
+from axistwin.core.numbers import MOST_CHARACTERS, NumberError, check_values, decimal, real, shortened, whole
 
 from .told import raises
 

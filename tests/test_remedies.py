@@ -7,10 +7,10 @@ from pathlib import Path
 import pytest
 
 from axistwin import sweeps
-from axistwin.errors import AxistwinError, installed
+from axistwin.core.errors import AxistwinError, installed
 from axistwin.links import pacing, urls
-from axistwin.standin.wiring import BoardPin
-from axistwin.traces import reading
+from axistwin.real.standin.wiring import BoardPin
+from axistwin.records.traces import reading
 
 from .command import run
 from .told import bare, examples

@@ -19,8 +19,8 @@ import axistwin
 from axistwin import Bench
 from axistwin.bench import Controller
 from axistwin.cli.program import main
-from axistwin.errors import AxistwinError, UsageError
-from axistwin.storage import HOLDER, LOCK, FileStore, MemoryStore, excerpt, write_whole
+from axistwin.core.errors import AxistwinError, UsageError
+from axistwin.core.storage import HOLDER, LOCK, FileStore, MemoryStore, excerpt, write_whole
 
 from . import command
 from .digiplan.talking import ready, write

@@ -22,11 +22,11 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "src"))
 import numpy as np
 
 from axistwin import Bench
-from axistwin.standin.events import Ready, Stopped
-from axistwin.standin.hal.board import HalBoard
-from axistwin.standin.hal.sender import HalSender
-from axistwin.standin.hal.wiring import HalWiring
-from axistwin.standin.wiring import DrivenAxis
+from axistwin.real.standin.events import Ready, Stopped
+from axistwin.real.standin.hal.board import HalBoard
+from axistwin.real.standin.hal.sender import HalSender
+from axistwin.real.standin.hal.wiring import HalWiring
+from axistwin.real.standin.wiring import DrivenAxis
 
 HAL_FILE = """
 loadrt threads name1=all period1=50000

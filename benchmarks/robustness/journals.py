@@ -19,7 +19,7 @@ from tempfile import TemporaryDirectory
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "src"))
 
-from axistwin.standin.journal import Journal, last_positions
+from axistwin.real.standin.journal import Journal, last_positions
 
 AXES = ("table.X", "table.Y")
 

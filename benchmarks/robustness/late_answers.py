@@ -16,7 +16,7 @@ from contextlib import suppress
 
 from axistwin import Bench
 from axistwin.drivers import AsyncController, DriverError, StoppedError, make
-from axistwin.integrations import InnerPort
+from axistwin.real.integrations import InnerPort
 
 AXES = {"if1": "X", "1811": "motor", "smartmotor": "shaft"}
 WINDOWS_S = (0.01, 0.05, 0.3, 1.0, 3.0)

@@ -30,11 +30,11 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "src"))
 
 from axistwin import Bench, Scene
 from axistwin.cli.program import execute
-from axistwin.cli.serving.served import scene as served_scene
-from axistwin.errors import AxistwinError, one_line
-from axistwin.plots.trace_chart import of_trace
-from axistwin.traces.reading import read as read_trace
-from axistwin.traces.trace import tracing
+from axistwin.cli.serving.bench_and_ports import scene as served_scene
+from axistwin.core.errors import AxistwinError, one_line
+from axistwin.records.plots.trace_chart import of_trace
+from axistwin.records.traces.reading import read as read_trace
+from axistwin.records.traces.trace import tracing
 
 ROOT = Path(__file__).resolve().parents[2]
 BOUND_S = 10.0
@@ -361,8 +361,8 @@ def editing(path: Path) -> int:
     """Run the functions of the language server for an opened text."""
     from pygls.workspace import TextDocument
 
-    from axistwin.editor.checks import diagnose
-    from axistwin.editor.documents import Text
+    from axistwin.ui.editor.checks import diagnose
+    from axistwin.ui.editor.documents import Text
 
     source = path.read_bytes().decode("utf-8", "replace")
     text = Text(TextDocument(path.as_uri(), source))

@@ -29,8 +29,8 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "src"))
 
 from axistwin import Bench, Scene
 from axistwin.bench import FAMILIES, Controller, host_at, product
-from axistwin.errors import AxistwinError
-from axistwin.fault_injection.kinds import KINDS
+from axistwin.bench.faults.kinds import KINDS
+from axistwin.core.errors import AxistwinError
 from axistwin.plant import axes, servo
 from axistwin.plant.axes import servo_axis
 from axistwin.plant.encoder import EncoderData

@@ -26,11 +26,11 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "src"))
 
 from nicegui import Client
 
-from axistwin.panel import turns
-from axistwin.panel.page import KEPT_PAGES
-from axistwin.panel.web import Address, Panel
 from axistwin.scenes.scene import Scene
-from axistwin.sessions.session import Session
+from axistwin.scenes.sessions.session import Session
+from axistwin.ui.panel import turns
+from axistwin.ui.panel.page import KEPT_PAGES
+from axistwin.ui.panel.web import Address, Panel
 
 ROOT = Path(__file__).resolve().parents[2]
 POLL_S = 0.005

@@ -33,10 +33,10 @@ from axistwin.controllers.digiplan.language import Accept
 from axistwin.controllers.product import Product
 from axistwin.controllers.smartmotor.language import language, program
 from axistwin.controllers.smartmotor.language.language import Statement
-from axistwin.errors import AxistwinError
-from axistwin.hosts.virtual_time import VirtualEnd
-from axistwin.probing.cases import dialect
-from axistwin.probing.comparing import Motion, Probe, Settings, Twin, Verdict, other_values, probe
+from axistwin.core.errors import AxistwinError
+from axistwin.real.hosts.virtual_time import VirtualEnd
+from axistwin.real.probing.cases import dialect
+from axistwin.real.probing.comparing import Motion, Probe, Settings, Twin, Verdict, other_values, probe
 
 MODELS = ("if1", "1811", "smartmotor")
 FULL = Settings(Motion.SMALL, as_new=True, memory=True, plug=True, find_options=False)

@@ -23,10 +23,10 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "src"))
 
 from axistwin.bench import Bench, Controller, product
 from axistwin.controllers.smartmotor.nonvolatile import Nonvolatile
-from axistwin.errors import LinkError
-from axistwin.hosts.virtual_time import VirtualEnd
-from axistwin.probing.cases import dialect
-from axistwin.probing.comparing import Settings, Verdict, probe
+from axistwin.core.errors import LinkError
+from axistwin.real.hosts.virtual_time import VirtualEnd
+from axistwin.real.probing.cases import dialect
+from axistwin.real.probing.comparing import Settings, Verdict, probe
 from axistwin.sim.frames import UartFormat
 from probe import FULL, PLUGGED, changed, clear_caches, twin
 

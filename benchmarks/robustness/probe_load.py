@@ -19,10 +19,10 @@ from pathlib import Path
 sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "src"))
 
 from axistwin.bench import Bench, Controller, product
-from axistwin.hosts.virtual_time import VirtualEnd
-from axistwin.probing.cases import dialect
-from axistwin.probing.comparing import Probe, Verdict, probe
-from axistwin.units import MS, S
+from axistwin.core.units import MS, S
+from axistwin.real.hosts.virtual_time import VirtualEnd
+from axistwin.real.probing.cases import dialect
+from axistwin.real.probing.comparing import Probe, Verdict, probe
 from probe import FULL, MODELS, PLUGGED, changed, twin
 
 Delay = Callable[[random.Random], float]

@@ -17,10 +17,10 @@ from typing import Literal
 sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "src"))
 
 from axistwin.bench import product
-from axistwin.errors import LinkError
-from axistwin.hosts.end import End
-from axistwin.hosts.real_time import open_end
-from axistwin.probing.comparing import Settings, Verdict, probe
+from axistwin.core.errors import LinkError
+from axistwin.real.hosts.end import End
+from axistwin.real.hosts.real_time import open_end
+from axistwin.real.probing.comparing import Settings, Verdict, probe
 from axistwin.testing import serve
 
 PORTS: tuple[tuple[str, Literal["tcp", "pty"] | None], ...] = (

@@ -21,9 +21,9 @@ from pathlib import Path
 sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "src"))
 
 from axistwin.bench import product
-from axistwin.errors import AxistwinError
-from axistwin.probing.cases import dialect
-from axistwin.probing.comparing import Settings, Twin, Verdict, probe
+from axistwin.core.errors import AxistwinError
+from axistwin.real.probing.cases import dialect
+from axistwin.real.probing.comparing import Settings, Twin, Verdict, probe
 from states import random_state
 
 MODELS = ("if1", "1811", "smartmotor")

@@ -21,13 +21,13 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "src"))
 
 from axistwin import Bench, Scene
 from axistwin.bench import FAMILIES
+from axistwin.bench.programs import stored_programs
 from axistwin.controllers.digiplan.chapters.data_format import BAUD_RATES as INTERFACE_RATES
 from axistwin.controllers.smartmotor.serial.serial_data import BAUD_RATES as MOTOR_RATES
-from axistwin.errors import AxistwinError
-from axistwin.hosts.virtual_time import VirtualEnd
-from axistwin.probing.rescue.finding import find
-from axistwin.probing.rescue.saving import Rescue, rescue
-from axistwin.programs import stored_programs
+from axistwin.core.errors import AxistwinError
+from axistwin.real.hosts.virtual_time import VirtualEnd
+from axistwin.real.probing.rescue.finding import find
+from axistwin.real.probing.rescue.saving import Rescue, rescue
 from axistwin.sim.frames import UartFormat
 from states import random_state
 

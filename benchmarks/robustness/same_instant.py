@@ -23,12 +23,12 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "src"))
 
 from axistwin import Bench
 from axistwin.bench import Controller
-from axistwin.errors import UsageError
-from axistwin.fault_injection.kinds import KINDS
-from axistwin.fault_injection.table import Kind, On, Parameter, Sort
+from axistwin.bench.faults.kinds import KINDS
+from axistwin.bench.faults.table import Kind, On, Parameter, Sort
+from axistwin.core.errors import UsageError
+from axistwin.core.units import MS
 from axistwin.plant.axes import Axis
 from axistwin.sim.pins import Pin
-from axistwin.units import MS
 
 Act = Callable[[], object]
 MANNERS = ("between", "events", "inside")

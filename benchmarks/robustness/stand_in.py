@@ -26,7 +26,7 @@ from tests.standin.metal import LIMIT, TICK_S, Metal, X
 from tests.standin.small_board import SmallBoard
 from tests.standin.test_driver import Twin
 
-from axistwin.standin.wiring import AxisPins, BoardPin, InputPin
+from axistwin.real.standin.wiring import AxisPins, BoardPin, InputPin
 
 MOST_ERROR_US, MOST_STANDSTILL_S, MOST_DRIFT_US = 5.0, 0.12, 25.0
 DAMAGED, PPM, JUMP_S = 0.01, 200e-6, 50e-6

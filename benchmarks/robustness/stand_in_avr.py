@@ -26,8 +26,8 @@ from tests.standin.avr_board import HZ, AvrBoard
 from tests.standin.metal import Metal
 from tests.standin.test_avr import MEGA, UNO
 
-from axistwin.standin.events import Failed, Stopped
-from axistwin.standin.wiring import AxisPins, BoardPin, InputPin
+from axistwin.real.standin.events import Failed, Stopped
+from axistwin.real.standin.wiring import AxisPins, BoardPin, InputPin
 
 EVENTS = {
     "endstop_event": "input read",

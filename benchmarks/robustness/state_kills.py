@@ -26,7 +26,7 @@ from tempfile import TemporaryDirectory
 sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "src"))
 
 from axistwin import Bench
-from axistwin.errors import UsageError
+from axistwin.core.errors import UsageError
 
 CALLS = ("open", "os.rename", "os.remove")
 """Audit events of a write in Python; `fsync` is between the first two."""

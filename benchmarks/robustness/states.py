@@ -4,7 +4,7 @@ import random
 
 from axistwin import Bench
 from axistwin.bench import product
-from axistwin.hosts.virtual_time import VirtualEnd
+from axistwin.real.hosts.virtual_time import VirtualEnd
 
 PARTS = (
     "X", "Y", "+", "-", "100", "5", "$", "@400", "<4", "G", ":", "H1", "%", "[", "#", "B+5", "R1", "S2", "F", "\r",

@@ -30,7 +30,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 from benchmarks.robustness.stand_in_real_time import SCENE
 from tests.standin.command import StandInCommand
 
-from axistwin.standin.journal import last_positions
+from axistwin.real.standin.journal import last_positions
 
 MOST_FILES, MOST_THREADS = 250, 3
 """Largest number of additional descriptors and threads of the command."""

@@ -22,7 +22,7 @@ from typing import Any
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "src"))
 
-from axistwin.errors import AxistwinError
+from axistwin.core.errors import AxistwinError
 from axistwin.sweeps import Sweep, Tuning, digest
 
 RUNS, STOP = 6, (2, 4)

@@ -194,9 +194,9 @@ async def _pty() -> AsyncIterator[Place]:
 
 @asynccontextmanager
 async def _panel() -> AsyncIterator[Place]:
-    from axistwin.panel import web
-    from axistwin.panel.web import Address, Panel
-    from axistwin.sessions.session import Session
+    from axistwin.scenes.sessions.session import Session
+    from axistwin.ui.panel import web
+    from axistwin.ui.panel.web import Address, Panel
 
     web.RECONNECT_S = 0.5
     session = Session(_one_if1)
@@ -228,8 +228,8 @@ def _one_if1() -> Bench:
 
 @asynccontextmanager
 async def _ioc(*, pva: bool) -> AsyncIterator[int]:
-    from axistwin.integrations import of_scene
-    from axistwin.integrations.epics.ioc import Ioc
+    from axistwin.real.integrations import of_scene
+    from axistwin.real.integrations.epics.ioc import Ioc
 
     os.environ |= {"PVXS_LOG": "*=CRIT", "EPICS_CAS_AUTO_BEACON_ADDR_LIST": "NO", "EPICS_CAS_BEACON_ADDR_LIST": ""}
     bench = Bench()
@@ -302,8 +302,8 @@ async def _pva() -> AsyncIterator[Place]:
 
 @asynccontextmanager
 async def _opcua() -> AsyncIterator[Place]:
-    from axistwin.integrations import of_scene
-    from axistwin.integrations.opcua import server
+    from axistwin.real.integrations import of_scene
+    from axistwin.real.integrations.opcua import server
 
     bench = Bench()
     bench.add("1811", name="one", history=100)
@@ -342,7 +342,7 @@ class _Ignoring:
 
 @asynccontextmanager
 async def _stop_page() -> AsyncIterator[Place]:
-    from axistwin.standin.stop_page import StopPage
+    from axistwin.real.standin.stop_page import StopPage
 
     page = StopPage("0", lambda: {"state": "LIVE: table.X", "live": True}, lambda: None)
     port = int(page.url.rstrip("/").rpartition(":")[2])

@@ -12,32 +12,32 @@ assert if1.serial.read() == b"U\\r"
 
 from typing import TYPE_CHECKING
 
-from axistwin.lazy import lazy
-from axistwin.version import VERSION
+from axistwin.core.lazy import lazy
+from axistwin.core.version import VERSION
 
 if TYPE_CHECKING:
     from axistwin.bench import Bench
-    from axistwin.conversations.player import play
-    from axistwin.conversations.recorder import recording
-    from axistwin.errors import AxistwinError
-    from axistwin.fault_injection.injector import Fault
+    from axistwin.bench.faults.injector import Fault
+    from axistwin.bench.talk.player import play
+    from axistwin.bench.talk.recorder import recording
+    from axistwin.core.errors import AxistwinError
+    from axistwin.records.traces.trace import tracing
     from axistwin.scenes.scene import Scene
-    from axistwin.sessions.session import Session
+    from axistwin.scenes.sessions.session import Session
     from axistwin.testing.twin import serve
-    from axistwin.traces.trace import tracing
 else:  # Load each module at its first use, so that `import axistwin` is fast.
     __getattr__ = lazy(
         __name__,
         **{
             "bench": "Bench",
-            "conversations.player": "play",
-            "conversations.recorder": "recording",
-            "errors": "AxistwinError",
-            "fault_injection.injector": "Fault",
+            "bench.faults.injector": "Fault",
+            "bench.talk.player": "play",
+            "bench.talk.recorder": "recording",
+            "core.errors": "AxistwinError",
+            "records.traces.trace": "tracing",
             "scenes.scene": "Scene",
-            "sessions.session": "Session",
+            "scenes.sessions.session": "Session",
             "testing.twin": "serve",
-            "traces.trace": "tracing",
         },
     )
 

@@ -52,7 +52,7 @@ class Controller:
         Virtual time passes only while the driver waits, so a scan takes almost no real time.  `options`: options of the
         driver.  Raises UsageError.
         """
-        from axistwin.integrations import driver_inside  # lazy import: only virtual controllers need the emulator
+        from axistwin.real.integrations import driver_inside  # lazy import: only virtual controllers need the emulator
 
         made = cls.__new__(cls)
         made.driver, made._connected = driver_inside(bench, name, **options), False

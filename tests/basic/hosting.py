@@ -8,10 +8,10 @@ from typing import Any
 
 from axistwin import Bench
 from axistwin.bench import Controller
+from axistwin.core.units import to_ns
 from axistwin.links.pacing import Pacer
 from axistwin.links.server import Server
 from axistwin.links.urls import parse
-from axistwin.units import to_ns
 
 from .interpreter import run_basic
 from .listings import runnable, source

@@ -4,8 +4,8 @@ import itertools
 
 import pytest
 
+from axistwin.core.units import S
 from axistwin.sim.frames import UartFormat
-from axistwin.units import S
 
 from .hosting import Session, perform
 from .listings import ADAPTATIONS, MANUAL, REPAIRS, printed, runnable

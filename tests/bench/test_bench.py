@@ -4,8 +4,8 @@ import pytest
 
 import axistwin
 from axistwin import AxistwinError, Bench
-from axistwin.errors import UsageError
-from axistwin.traces.signals import catalogue
+from axistwin.core.errors import UsageError
+from axistwin.records.traces.signals import catalogue
 
 
 def test_the_example_of_the_package():

@@ -3,7 +3,7 @@
 import pytest
 
 from axistwin import Bench
-from axistwin.errors import UsageError
+from axistwin.core.errors import UsageError
 
 OPEN_1 = "OCHN(RS4,1,N,9600,1,8,C) "
 

@@ -5,7 +5,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from axistwin.bench import CHARACTERS
-from axistwin.errors import ProgramError
+from axistwin.core.errors import ProgramError
 
 
 @pytest.mark.parametrize(

@@ -7,7 +7,7 @@ import pytest
 
 from axistwin import Bench
 from axistwin.bench import FAMILIES, product, read_options
-from axistwin.errors import AxistwinError
+from axistwin.core.errors import AxistwinError
 
 from ..told import bare, examples
 

@@ -8,7 +8,7 @@ import pytest
 
 pytest.importorskip("unicorn")
 
-from axistwin.bus_hosts.x86 import Computer
+from axistwin.links.bus_hosts.x86 import Computer
 
 BASE = 0x60  # the board: data at 60h, status and control at 61h
 CODE = 0x1000

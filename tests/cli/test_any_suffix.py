@@ -5,7 +5,7 @@ import os
 import pytest
 
 from axistwin import Bench
-from axistwin.errors import UsageError
+from axistwin.core.errors import UsageError
 
 from ..command import run
 

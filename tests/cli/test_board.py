@@ -4,9 +4,9 @@ import json
 
 from axistwin import Bench
 from axistwin.bench import Hear, host_of
-from axistwin.conversations.conversation import parse, write
-from axistwin.conversations.player import play
-from axistwin.conversations.recorder import recording
+from axistwin.bench.talk.conversation import parse, write
+from axistwin.bench.talk.player import play
+from axistwin.bench.talk.recorder import recording
 
 from ..command import run
 

@@ -10,7 +10,7 @@ import pytest
 
 from axistwin import __version__
 from axistwin.cli.program import COMMANDS, axistwin, execute
-from axistwin.errors import LinkError, ProgramError, UsageError
+from axistwin.core.errors import LinkError, ProgramError, UsageError
 
 from ..command import PATIENCE_S
 

@@ -7,7 +7,7 @@ from click.testing import CliRunner
 
 from axistwin.bench import product, show_controls
 from axistwin.cli.program import axistwin
-from axistwin.errors import UsageError
+from axistwin.core.errors import UsageError
 
 
 def run(*arguments: str) -> str:

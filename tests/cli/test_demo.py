@@ -6,7 +6,7 @@ import pytest
 from click.testing import CliRunner
 
 from axistwin.cli.program import axistwin
-from axistwin.errors import UsageError
+from axistwin.core.errors import UsageError
 
 
 @pytest.fixture

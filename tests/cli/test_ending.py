@@ -13,7 +13,7 @@ from axistwin import Bench
 from axistwin.cli.serving import ending
 from axistwin.cli.serving.ending import fail
 from axistwin.links.pacing import Pacer
-from axistwin.panel.people import People
+from axistwin.ui.panel.people import People
 
 from ..command import ended, serving
 

@@ -12,10 +12,10 @@ import pytest
 
 from axistwin import Bench
 from axistwin.cli.serving import learn, probe
-from axistwin.errors import AxistwinError
-from axistwin.hosts.virtual_time import VirtualEnd
-from axistwin.probing.rescue.finding import Found
-from axistwin.probing.rescue.saving import rescue
+from axistwin.core.errors import AxistwinError
+from axistwin.real.hosts.virtual_time import VirtualEnd
+from axistwin.real.probing.rescue.finding import Found
+from axistwin.real.probing.rescue.saving import rescue
 
 from ..command import ended, run, running, serving
 from ..integrations.conftest import free_port

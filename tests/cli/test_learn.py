@@ -4,8 +4,8 @@ from functools import partial
 
 import pytest
 
-from axistwin.teaching.lessons import course
-from axistwin.units import S
+from axistwin.core.units import S
+from axistwin.ui.teaching.lessons import course
 
 from ..command import run
 
@@ -27,7 +27,7 @@ def test_a_lesson_is_resumed_after_the_last_one_that_is_done(tmp_path):
 
 @pytest.mark.parametrize(("model", "number"), [("if1", 6), ("1811", 6), ("smartmotor", 6)])
 def test_the_last_lesson_is_solved_in_the_terminal(tmp_path, monkeypatch, model, number):
-    monkeypatch.setattr("axistwin.terminal.virtual.PATIENCE_NS", S)  # the program of the SmartMotor never ends
+    monkeypatch.setattr("axistwin.ui.terminal.virtual.PATIENCE_NS", S)  # the program of the SmartMotor never ends
     solution = "\n".join(line for step in course(model)[number - 1].steps for line in step.solution)
     end = learn(model, "--lesson", number, "--progress", tmp_path / "done.json", typed=f"{solution}\n").out
     assert end.endswith("axistwin: lesson 6 is done: this was the last lesson\n")

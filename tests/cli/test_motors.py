@@ -6,18 +6,18 @@ import re
 import pytest
 
 from axistwin import Bench, Scene
-from axistwin.conversations.conversation import parse, write
-from axistwin.conversations.player import play
-from axistwin.conversations.recorder import recording
-from axistwin.errors import ProgramError, SceneError
+from axistwin.bench.talk.conversation import parse, write
+from axistwin.bench.talk.player import play
+from axistwin.bench.talk.recorder import recording
+from axistwin.core.errors import ProgramError, SceneError
 from axistwin.plant.counts import Samples
 from axistwin.plant.servo_axis import ServoAxis
-from axistwin.plots.picture import save
-from axistwin.plots.trace_chart import of_trace
-from axistwin.reports.servo_moves import ServoMoves
+from axistwin.records.plots.picture import save
+from axistwin.records.plots.trace_chart import of_trace
+from axistwin.records.traces.memory import tracing_in_memory
+from axistwin.records.traces.trace import tracing
+from axistwin.scenes.reports.servo_moves import ServoMoves
 from axistwin.sim.clock import Clock
-from axistwin.traces.memory import tracing_in_memory
-from axistwin.traces.trace import tracing
 
 from ..command import ended, run, serving
 from ..links.serving import dial

@@ -8,13 +8,13 @@ from xml.etree import ElementTree as ET
 import pytest
 
 from axistwin import Bench
-from axistwin.errors import AxistwinError, UsageError
-from axistwin.plots.chart import Curve, Fault
-from axistwin.plots.picture import save
-from axistwin.plots.trace_chart import of_trace
-from axistwin.traces.memory import tracing_in_memory
-from axistwin.traces.reading import Trace
-from axistwin.units import S
+from axistwin.core.errors import AxistwinError, UsageError
+from axistwin.core.units import S
+from axistwin.records.plots.chart import Curve, Fault
+from axistwin.records.plots.picture import save
+from axistwin.records.plots.trace_chart import of_trace
+from axistwin.records.traces.memory import tracing_in_memory
+from axistwin.records.traces.reading import Trace
 
 
 def session(*messages: str, **options) -> Trace:

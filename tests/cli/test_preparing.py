@@ -11,7 +11,7 @@ from axistwin import Bench
 from axistwin.cli.serving import preparing as module
 from axistwin.controllers.smartmotor.kernel import core, jit
 from axistwin.controllers.smartmotor.kernel.kernel import advance
-from axistwin.errors import UsageError
+from axistwin.core.errors import UsageError
 
 from ..command import PATIENCE_S
 

@@ -11,8 +11,8 @@ import serial
 from click.testing import CliRunner
 
 from axistwin.bench import Do, Expect, Hear, Say
+from axistwin.bench.talk.conversation import load
 from axistwin.cli.program import axistwin
-from axistwin.conversations.conversation import load
 
 from ..command import PATIENCE_S, ended, refused, serving
 from ..links.serving import Served, ask, dial

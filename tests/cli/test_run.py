@@ -326,7 +326,7 @@ def test_an_interrupted_run_shows_what_was_done(axistwin, monkeypatch):
         raise KeyboardInterrupt
 
     Path("a.if1").write_text("X1000@1000$\n")
-    monkeypatch.setattr("axistwin.programs.running._finish_run", lambda bench, *_: interrupt(bench, 0))
+    monkeypatch.setattr("axistwin.bench.programs.running._finish_run", lambda bench, *_: interrupt(bench, 0))
     code, out, err = axistwin("if1", "a.if1", "--plot", "a.svg")
     assert (code, err) == (130, "axistwin: interrupted at 5.71812 s\n")
     assert "X        0  1000" in out

@@ -10,7 +10,8 @@ import pytest
 import serial
 
 from axistwin import Bench
-from axistwin.cli.serving import host_lines, served
+from axistwin.cli.serving import bench_and_ports as served
+from axistwin.cli.serving import host_lines
 from axistwin.cli.serving.host_lines import lines
 from axistwin.drivers import connect
 from axistwin.links.server import Server

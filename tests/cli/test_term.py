@@ -16,9 +16,9 @@ from functools import partial
 
 import pytest
 
+from axistwin.bench.programs.keyboards import to_codes, to_glyphs
 from axistwin.cli.program import execute
-from axistwin.programs.keyboards import to_codes, to_glyphs
-from axistwin.terminal.screen import Screen
+from axistwin.ui.terminal.screen import Screen
 
 from ..command import PATIENCE_S, PROGRAM, run, running
 from ..links.serving import Served

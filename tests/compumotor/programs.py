@@ -4,7 +4,7 @@ from fractions import Fraction
 
 from axistwin import Bench
 from axistwin.bench import Controller
-from axistwin.units import MS, S
+from axistwin.core.units import MS, S
 
 from .talking import ask, default, i32, messages, ready, send
 

@@ -10,7 +10,7 @@ import pytest
 
 from axistwin import Bench
 from axistwin.bench import Controller
-from axistwin.units import MS
+from axistwin.core.units import MS
 
 from .programs import (
     AT_ONCE,

@@ -2,7 +2,7 @@
 
 import pytest
 
-from axistwin.units import US
+from axistwin.core.units import US
 
 from ..scripts import scripts
 from .programs import ALL, AT_ONCE, number, start, tracked

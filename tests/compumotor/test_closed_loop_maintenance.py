@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from axistwin import Bench
 from axistwin.bench import Controller
-from axistwin.units import MS
+from axistwin.core.units import MS
 
 from ..scripts import scripts
 from .programs import number, start, tracked

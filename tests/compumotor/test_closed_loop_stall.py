@@ -5,7 +5,7 @@ One of 50 rotor teeth is 500 of 25,000 pulses, which take 100 ms at 5,000 pps.
 
 import pytest
 
-from axistwin.units import MS
+from axistwin.core.units import MS
 
 from ..scripts import scripts
 from .programs import number, start, tracked

@@ -4,7 +4,7 @@ from collections import Counter
 
 import pytest
 
-from axistwin.units import US
+from axistwin.core.units import US
 
 from ..scripts import scripts
 from .programs import cruise, number, sequence, start, tracked

@@ -3,7 +3,7 @@
 import pytest
 
 from axistwin.bench import terminals
-from axistwin.errors import UsageError
+from axistwin.core.errors import UsageError
 from axistwin.plant.switches import PositionSwitch, in_series
 
 from ..scripts import scripts

@@ -3,7 +3,7 @@
 import pytest
 
 from axistwin import Bench
-from axistwin.units import US
+from axistwin.core.units import US
 
 from ..fronts import lamps, shown
 from .programs import cruise

@@ -4,7 +4,7 @@ import pytest
 
 from axistwin import Bench
 from axistwin.bench import Controller
-from axistwin.units import MS
+from axistwin.core.units import MS
 
 from .talking import default, i32, send, send_all
 

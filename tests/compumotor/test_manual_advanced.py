@@ -1,6 +1,6 @@
 """Manual, chapter Programming: E.1.a Indexer mode, G Advanced features (pre-defined moves, sequences, move zero)."""
 
-from axistwin.units import MS
+from axistwin.core.units import MS
 
 from ..scripts import scripts
 from .programs import relative, steps

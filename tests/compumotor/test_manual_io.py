@@ -6,8 +6,8 @@ from itertools import pairwise
 import pytest
 
 from axistwin.bench import action
-from axistwin.errors import ProgramError, UsageError
-from axistwin.units import MS
+from axistwin.core.errors import ProgramError, UsageError
+from axistwin.core.units import MS
 
 from ..scripts import scripts
 from .programs import about, cruise, joystick_pulses, rising, steps

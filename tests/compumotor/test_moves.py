@@ -7,7 +7,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from axistwin import Bench
-from axistwin.units import MS, US
+from axistwin.core.units import MS, US
 
 from ..scripts import scripts
 from .programs import steps

@@ -4,7 +4,7 @@ import pytest
 
 from axistwin import Bench
 from axistwin.bench import product
-from axistwin.errors import UsageError
+from axistwin.core.errors import UsageError
 
 from ..scripts import scripts
 from .scripts import play

@@ -4,7 +4,7 @@ from itertools import pairwise
 
 import pytest
 
-from axistwin.units import MS
+from axistwin.core.units import MS
 
 from .programs import enter, free, listing, relative, sequence, steps, velocities
 from .talking import ask, complete, default, i32, messages, position, ready, send, send_all, until_idle

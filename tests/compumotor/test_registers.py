@@ -3,7 +3,7 @@
 import pytest
 
 from axistwin import Bench
-from axistwin.errors import UsageError
+from axistwin.core.errors import UsageError
 
 from ..scripts import scripts
 from .scripts import play

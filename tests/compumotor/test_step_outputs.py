@@ -2,7 +2,7 @@
 
 import pytest
 
-from axistwin.errors import UsageError
+from axistwin.core.errors import UsageError
 
 from ..scripts import scripts
 from .scripts import play

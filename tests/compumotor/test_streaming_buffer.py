@@ -4,7 +4,7 @@ from fractions import Fraction
 
 import pytest
 
-from axistwin.units import MS
+from axistwin.core.units import MS
 
 from ..scripts import scripts
 from .programs import accumulated, distances, enter, free, pairs, steps, velocities, words

@@ -3,7 +3,7 @@
 import pytest
 
 from axistwin import Bench
-from axistwin.units import MS
+from axistwin.core.units import MS
 
 from ..scripts import scripts
 from .programs import distances, enter, pairs, velocities

@@ -6,7 +6,7 @@ from axistwin.bench import product
 from axistwin.controllers.compumotor.checker.texts import LAYOUTS, SPECIAL, Words, name_of
 from axistwin.controllers.compumotor.commands import COMMANDS_1811
 from axistwin.controllers.compumotor.language import Opcode
-from axistwin.errors import ProgramError
+from axistwin.core.errors import ProgramError
 
 WORDS = Words(product("1811").commands)
 

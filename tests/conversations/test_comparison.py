@@ -7,12 +7,12 @@ import pytest
 from click.testing import CliRunner
 
 from axistwin import Bench
+from axistwin.bench.talk.comparison import Comparison, compare, recorded_times
+from axistwin.bench.talk.conversation import parse, write
+from axistwin.bench.talk.recorder import recording
 from axistwin.cli.program import axistwin
-from axistwin.conversations.comparison import Comparison, compare, recorded_times
-from axistwin.conversations.conversation import parse, write
-from axistwin.conversations.recorder import recording
-from axistwin.errors import ProgramError, UsageError
-from axistwin.units import MS, S
+from axistwin.core.errors import ProgramError, UsageError
+from axistwin.core.units import MS, S
 
 from ..told import raises
 

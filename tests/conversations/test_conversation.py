@@ -3,9 +3,9 @@
 import pytest
 
 from axistwin.bench import Comment, Do, Expect, Hear, Say, Wait
-from axistwin.conversations.conversation import load, parse, seconds, write
-from axistwin.errors import ProgramError, UsageError
-from axistwin.units import MS
+from axistwin.bench.talk.conversation import load, parse, seconds, write
+from axistwin.core.errors import ProgramError, UsageError
+from axistwin.core.units import MS
 
 from ..told import raises
 

@@ -6,12 +6,12 @@ from pathlib import Path
 import pytest
 
 from axistwin import Bench
-from axistwin.conversations.conversation import parse
-from axistwin.conversations.player import play
-from axistwin.programs import running
-from axistwin.programs.command_lines import read_command_lines, send_lines
-from axistwin.programs.hex_commands import command_strings, language_of, send_commands
-from axistwin.units import S
+from axistwin.bench.programs import running
+from axistwin.bench.programs.command_lines import read_command_lines, send_lines
+from axistwin.bench.programs.hex_commands import command_strings, language_of, send_commands
+from axistwin.bench.talk.conversation import parse
+from axistwin.bench.talk.player import play
+from axistwin.core.units import S
 
 DOCS = Path(__file__).parents[2] / "docs"
 PAGE = (DOCS / "conversations.md").read_text(encoding="utf-8")

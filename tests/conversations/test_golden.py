@@ -10,10 +10,10 @@ import pytest
 
 from axistwin import Bench
 from axistwin.bench import CHARACTERS, Expect, Hear
+from axistwin.bench.programs.running import options
+from axistwin.bench.talk.conversation import Conversation, load, write
+from axistwin.bench.talk.player import Difference, play
 from axistwin.cli.common.target import bench_for
-from axistwin.conversations.conversation import Conversation, load, write
-from axistwin.conversations.player import Difference, play
-from axistwin.programs.running import options
 
 FILES = sorted((Path(__file__).parent).glob("*.talk"))
 MOST_CORRECTIONS = 1000

@@ -3,9 +3,9 @@
 import pytest
 
 from axistwin import Bench
-from axistwin.conversations.conversation import parse
-from axistwin.conversations.player import Difference, play
-from axistwin.errors import ProgramError
+from axistwin.bench.talk.conversation import parse
+from axistwin.bench.talk.player import Difference, play
+from axistwin.core.errors import ProgramError
 
 
 def said(bench: Bench, text: str) -> str:

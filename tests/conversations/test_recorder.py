@@ -8,10 +8,10 @@ from hypothesis import strategies as st
 
 from axistwin import Bench
 from axistwin.bench import Do, Expect, Hear
-from axistwin.conversations.conversation import Conversation, parse, write
-from axistwin.conversations.player import play
-from axistwin.conversations.recorder import recording
-from axistwin.errors import UsageError
+from axistwin.bench.talk.conversation import Conversation, parse, write
+from axistwin.bench.talk.player import play
+from axistwin.bench.talk.recorder import recording
+from axistwin.core.errors import UsageError
 from axistwin.scenes.hosting import loader
 from axistwin.scenes.scene import Scene
 from axistwin.sim.manual_actions import by_itself

@@ -10,7 +10,7 @@ from click.testing import CliRunner, Result
 from axistwin.bench import product
 from axistwin.cli.authoring.check import diagnose
 from axistwin.cli.program import axistwin
-from axistwin.errors import AxistwinError, UsageError
+from axistwin.core.errors import AxistwinError, UsageError
 
 from ..told import raises
 

@@ -9,8 +9,8 @@ from pathlib import Path
 import pytest
 
 from axistwin import Scene
-from axistwin.diagnostics.scenes import diagnose_scene
-from axistwin.errors import AxistwinError
+from axistwin.core.errors import AxistwinError
+from axistwin.scenes.diagnostics.scenes import diagnose_scene
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 SCENES = ("xy-table.toml", "drill/scene.toml", "winder/scene.toml", "cut-to-length/scene.toml")

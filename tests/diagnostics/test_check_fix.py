@@ -11,9 +11,9 @@ from hypothesis import strategies as st
 from axistwin.bench import product
 from axistwin.cli.program import axistwin
 from axistwin.controllers.diagnostics import Edit
-from axistwin.diagnostics import fix as check_fix
-from axistwin.diagnostics.checking import diagnose_text
-from axistwin.errors import AxistwinError
+from axistwin.core.errors import AxistwinError
+from axistwin.scenes.diagnostics import fix as check_fix
+from axistwin.scenes.diagnostics.checking import diagnose_text
 
 from ..told import raises
 
@@ -116,7 +116,7 @@ def test_a_backup_that_cannot_be_written_leaves_the_program(fix, tmp_path, monke
     def full(*_):
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr("axistwin.diagnostics.fix.write_whole", full)
+    monkeypatch.setattr("axistwin.scenes.diagnostics.fix.write_whole", full)
     raises(AxistwinError, "moves.if1 cannot be written: no space left on device", fix, "moves.if1", "x1$\n")
     assert [(each.name, each.read_text()) for each in tmp_path.iterdir()] == [("moves.if1", "x1$\n")]
 

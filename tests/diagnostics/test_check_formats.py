@@ -9,8 +9,8 @@ from click.testing import CliRunner
 
 from axistwin import __version__
 from axistwin.cli.program import axistwin
-from axistwin.diagnostics import codes
-from axistwin.errors import SceneError, UsageError
+from axistwin.core.errors import SceneError, UsageError
+from axistwin.scenes.diagnostics import codes
 
 from . import sarif
 

@@ -11,10 +11,10 @@ from hypothesis import strategies as st
 
 from axistwin.bench import product
 from axistwin.cli.program import axistwin
-from axistwin.diagnostics import codes
-from axistwin.diagnostics.checking import diagnose_text, product_for
-from axistwin.diagnostics.scenes import diagnose_scene
-from axistwin.errors import UsageError
+from axistwin.core.errors import UsageError
+from axistwin.scenes.diagnostics import codes
+from axistwin.scenes.diagnostics.checking import diagnose_text, product_for
+from axistwin.scenes.diagnostics.scenes import diagnose_scene
 
 RULES = [(title, rule) for title, table in codes.tables().items() for rule in table]
 

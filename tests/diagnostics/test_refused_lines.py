@@ -4,7 +4,7 @@ import pytest
 
 from axistwin import Bench
 from axistwin.bench import host_of
-from axistwin.diagnostics.refused_lines import RefusedLines
+from axistwin.scenes.diagnostics.refused_lines import RefusedLines
 
 
 def telling(bench: Bench) -> list[str]:

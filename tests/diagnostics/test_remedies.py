@@ -9,10 +9,10 @@ import pytest
 from axistwin.bench import Bench, product
 from axistwin.controllers.compumotor.checker.texts import name_of
 from axistwin.controllers.diagnostics import Diagnostic
-from axistwin.diagnostics import codes
-from axistwin.diagnostics import fix as check_fix
-from axistwin.diagnostics.checking import diagnose_text
-from axistwin.diagnostics.scenes import diagnose_scene
+from axistwin.scenes.diagnostics import codes
+from axistwin.scenes.diagnostics import fix as check_fix
+from axistwin.scenes.diagnostics.checking import diagnose_text
+from axistwin.scenes.diagnostics.scenes import diagnose_scene
 
 from ..command import run
 from .remedies import REMEDIES, Remedy

@@ -9,10 +9,10 @@ from typing import Any, cast
 
 from axistwin import Bench
 from axistwin.bench import Controller
+from axistwin.core.units import MS, S
 from axistwin.plant.stepper import StepperAxis
 from axistwin.sim.frames import LineError, Parity
 from axistwin.sim.pins import Pin
-from axistwin.units import MS, S
 
 Segment = tuple[int | Fraction, Fraction]
 """A pulse rate, and its duration in seconds."""

@@ -2,7 +2,7 @@
 
 from fractions import Fraction
 
-from axistwin.units import MS, S
+from axistwin.core.units import MS, S
 
 from ..scripts import scripts
 from .talking import command, gaps, moves, play, pulse_times_of, since_start, start_ns, times

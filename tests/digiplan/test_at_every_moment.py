@@ -7,7 +7,7 @@ import pytest
 
 from axistwin import Bench
 from axistwin.bench import Controller
-from axistwin.units import MS, S
+from axistwin.core.units import MS, S
 
 from .talking import command, moves, play, ready, status, write
 

@@ -4,8 +4,8 @@ import pytest
 
 from axistwin import Bench
 from axistwin.bench import Controller
+from axistwin.core.units import MS, S
 from axistwin.sim.frames import UartFormat
-from axistwin.units import MS, S
 
 from ..scripts import scripts
 from .talking import (

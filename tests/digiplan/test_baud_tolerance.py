@@ -6,7 +6,7 @@ bits after the edge and is read at 6.5, the 0 after it at 7.5: the host's rate m
 
 import pytest
 
-from axistwin.units import S
+from axistwin.core.units import S
 
 from .talking import arrivals
 

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from axistwin import Bench
 from axistwin.bench import Controller
-from axistwin.units import MS, S
+from axistwin.core.units import MS, S
 
 from ..scripts import scripts
 from .talking import arrivals, ask, command, edges, play, positions, ready, write

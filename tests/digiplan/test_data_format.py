@@ -4,8 +4,8 @@ from fractions import Fraction
 
 import pytest
 
+from axistwin.core.units import MS, S
 from axistwin.sim.frames import LineError
-from axistwin.units import MS, S
 
 from ..scripts import scripts
 from .talking import BITS_7_OR_8, PARITY, arrivals, ask, faults, gaps, play, ready, send, write

@@ -2,8 +2,8 @@
 
 import pytest
 
+from axistwin.core.units import MS
 from axistwin.sim.frames import LineError
-from axistwin.units import MS
 
 from ..scripts import scripts
 from .talking import arrivals, initialise, play, ready

@@ -4,7 +4,7 @@ import itertools
 
 import pytest
 
-from axistwin.units import S
+from axistwin.core.units import S
 
 from .talking import BITS_7_OR_8, PARITY, play, send
 

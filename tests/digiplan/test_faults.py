@@ -2,7 +2,7 @@
 
 import pytest
 
-from axistwin.units import MS, S
+from axistwin.core.units import MS, S
 
 from ..scripts import scripts
 from .talking import edges, gaps, play, ready, times, until_idle, write

@@ -5,7 +5,7 @@ from fractions import Fraction
 
 import pytest
 
-from axistwin.units import MS
+from axistwin.core.units import MS
 
 from ..scripts import scripts
 from .talking import ask, command, play, pulse_times_of, ready, since_start, start_ns, write

@@ -3,7 +3,7 @@
 import pytest
 
 from axistwin import Bench
-from axistwin.units import MS, S
+from axistwin.core.units import MS, S
 
 from ..scripts import scripts
 from .talking import arrivals, ask, command, edges, gaps, initialise, play

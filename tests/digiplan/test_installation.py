@@ -2,7 +2,7 @@
 
 import pytest
 
-from axistwin.units import MS
+from axistwin.core.units import MS
 
 from ..scripts import scripts
 from .talking import at_speed, command, edges, moving, play, positions, ready, times, write

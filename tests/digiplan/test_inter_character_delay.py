@@ -4,7 +4,7 @@ import itertools
 
 import pytest
 
-from axistwin.units import MS, S
+from axistwin.core.units import MS, S
 
 from ..scripts import scripts
 from .talking import arrivals, command, constant, play, ready, send, since_start, write

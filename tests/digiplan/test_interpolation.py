@@ -7,7 +7,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from axistwin import Bench
-from axistwin.units import MS, S
+from axistwin.core.units import MS, S
 
 from ..scripts import scripts
 from .talking import command, gaps, moves, play, positions, ready, since_start, times, write

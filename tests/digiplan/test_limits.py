@@ -2,7 +2,7 @@
 
 import pytest
 
-from axistwin.units import MS
+from axistwin.core.units import MS
 
 from ..scripts import scripts
 from .talking import command, edges, play, positions, ready, send, times

@@ -9,7 +9,7 @@ from axistwin.bench import Controller
 from axistwin.controllers.digiplan.commands import COMMANDS
 from axistwin.controllers.digiplan.language import parse
 from axistwin.controllers.digiplan.listing import listed, typed
-from axistwin.units import MS
+from axistwin.core.units import MS
 
 from .talking import ask, command, number, play, ready, write
 

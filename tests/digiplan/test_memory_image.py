@@ -5,7 +5,7 @@ import json
 import pytest
 
 from axistwin import Bench
-from axistwin.errors import UsageError
+from axistwin.core.errors import UsageError
 
 from .talking import ask, command, detect, each_character, host_format
 

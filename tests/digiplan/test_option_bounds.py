@@ -3,7 +3,7 @@
 import pytest
 
 from axistwin import Bench
-from axistwin.errors import UsageError
+from axistwin.core.errors import UsageError
 
 FIGURES = ("self_test_s", "recalculation_s", "strobe_ms")
 ONE_OF = {

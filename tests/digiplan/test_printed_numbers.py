@@ -4,7 +4,7 @@ from itertools import pairwise
 
 import pytest
 
-from axistwin.units import MS
+from axistwin.core.units import MS
 
 from .talking import ask, command, edges, moves, number, play, positions, ready, status, times, write
 

@@ -11,12 +11,12 @@ from pathlib import Path
 import pytest
 
 from axistwin.bench import Say, product
+from axistwin.bench.talk.conversation import load
 from axistwin.cli.authoring.check import diagnose
 from axistwin.controllers.diagnostics import Severity
 from axistwin.controllers.digiplan.chapters.data_format import read_format
 from axistwin.controllers.digiplan.commands import COMMANDS
 from axistwin.controllers.digiplan.language import parse
-from axistwin.conversations.conversation import load
 
 MANUAL = Path(__file__).parents[3] / "shared" / "seeds" / "002_6b8f45044460a1a6.txt"
 CONVERSATIONS = Path(__file__).parents[1] / "conversations"

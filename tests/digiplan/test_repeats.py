@@ -1,6 +1,6 @@
 """Sequence mode: repeating parts of a sequence."""
 
-from axistwin.units import S
+from axistwin.core.units import S
 
 from ..scripts import scripts
 from .talking import OWN_TIME_NS, edges, gaps, moves, play, times

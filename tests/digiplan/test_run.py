@@ -3,7 +3,7 @@
 `test_index.py` tests the cancel code in a run, too.
 """
 
-from axistwin.units import S
+from axistwin.core.units import S
 
 from ..scripts import scripts
 from .talking import at_speed, command, play, pulse_times_of, ramped, start_ns, write

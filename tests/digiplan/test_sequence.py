@@ -2,7 +2,7 @@
 
 import pytest
 
-from axistwin.units import MS
+from axistwin.core.units import MS
 
 from ..scripts import scripts
 from .talking import OWN_TIME_NS, command, edges, gaps, play, positions, ready, times, until_idle

@@ -7,10 +7,10 @@ from typing import get_args
 import pytest
 
 from axistwin import Bench
+from axistwin.bench.programs.keyboards import KEYBOARDS
 from axistwin.controllers.digiplan.chapters.terminals import CABLES, TERMINALS
 from axistwin.controllers.digiplan.options import Wiring
-from axistwin.errors import UsageError
-from axistwin.programs.keyboards import KEYBOARDS
+from axistwin.core.errors import UsageError
 
 from .talking import command, edges, play, ready, send, times, until_idle, write
 

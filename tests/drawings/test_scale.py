@@ -4,7 +4,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from axistwin import Bench
-from axistwin.drawings.scale import Flow, grouped, round_step, signed, ticks
+from axistwin.ui.drawings.scale import Flow, grouped, round_step, signed, ticks
 
 
 def test_numbers_are_grouped_by_thousands_and_have_a_true_minus():

@@ -3,7 +3,7 @@
 import re
 
 from axistwin import Bench
-from axistwin.drawings.slide import Slide
+from axistwin.ui.drawings.slide import Slide
 
 
 def figures(**options):

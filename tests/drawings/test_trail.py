@@ -6,8 +6,8 @@ from fractions import Fraction
 import pytest
 
 from axistwin import Bench, Session
-from axistwin.drawings.trail import MOST_MOVES, PLACES, POINTS, Trail, Trails, table_axes
-from axistwin.motion.profile import Profile, Segment
+from axistwin.sim.motion.profile import Profile, Segment
+from axistwin.ui.drawings.trail import MOST_MOVES, PLACES, POINTS, Trail, Trails, table_axes
 
 TRAVEL = {"limits": (-1000, 9000)}
 HALF = Fraction(1, 2)

@@ -5,7 +5,7 @@ import threading
 from contextlib import contextmanager, suppress
 
 from axistwin import Bench
-from axistwin.integrations import InnerPort
+from axistwin.real.integrations import InnerPort
 
 
 class Ports(Bench):

@@ -7,7 +7,7 @@ import pytest
 
 from axistwin import Bench
 from axistwin.drivers import DriverError, RefusedError, Scale, connect, make
-from axistwin.integrations import driver_inside
+from axistwin.real.integrations import driver_inside
 
 from ..bad_values import BAD, NOT_NUMBERS, TABLE
 from ..told import raises

@@ -6,9 +6,9 @@ from itertools import pairwise
 import pytest
 
 import axistwin
+from axistwin.core.errors import UsageError
 from axistwin.drivers import RefusedError, SilentError, StoppedError
-from axistwin.errors import UsageError
-from axistwin.integrations import driver_inside
+from axistwin.real.integrations import driver_inside
 
 from ..bad_values import BAD, NOT_NUMBERS
 from ..told import raises

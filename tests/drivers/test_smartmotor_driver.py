@@ -16,7 +16,7 @@ from axistwin.drivers import (
     connect,
     make,
 )
-from axistwin.integrations import InnerPort, driver_inside
+from axistwin.real.integrations import InnerPort, driver_inside
 
 from ..told import raises
 

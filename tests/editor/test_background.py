@@ -6,7 +6,7 @@ import socket
 
 import pytest
 
-from axistwin.editor.background import Background
+from axistwin.ui.editor.background import Background
 
 
 def run(play):

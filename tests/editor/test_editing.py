@@ -7,12 +7,12 @@ from hypothesis import strategies as st
 from axistwin.bench import codec_of, product
 from axistwin.controllers.compumotor.checker.program import acceptable
 from axistwin.controllers.smartmotor.language.program import OPENS, digits, word
-from axistwin.diagnostics.checking import read_acts, sessions
-from axistwin.editor.compumotor import Commands
-from axistwin.editor.digiplan import CommandLines
-from axistwin.editor.scene import Scenes
-from axistwin.editor.smartmotor import SourceEditing, outline, parsed
-from axistwin.editor.talk import Conversations
+from axistwin.scenes.diagnostics.checking import read_acts, sessions
+from axistwin.ui.editor.compumotor import Commands
+from axistwin.ui.editor.digiplan import CommandLines
+from axistwin.ui.editor.scene import Scenes
+from axistwin.ui.editor.smartmotor import SourceEditing, outline, parsed
+from axistwin.ui.editor.talk import Conversations
 
 IF1, BOARD, MOTOR, TALK, SCENE = CommandLines(), Commands(product("1811")), SourceEditing(), Conversations(), Scenes()
 BOARD_CODEC = codec_of(BOARD.made)

@@ -10,7 +10,7 @@ import pytest
 
 from axistwin.cli.authoring import lsp
 from axistwin.cli.program import axistwin
-from axistwin.errors import MissingExtraError
+from axistwin.core.errors import MissingExtraError
 
 from .lsp_client import ROOT, Client
 
@@ -83,9 +83,9 @@ def test_the_process_of_the_server_checks_nothing(monkeypatch):
     """A check in this process would delay completion: one thread of Python runs at a time."""
     from pygls.workspace import TextDocument  # lazy imports: pygls is needed by no other test in this process
 
-    from axistwin.editor import checks
-    from axistwin.editor.documents import Text
-    from axistwin.editor.server import make
+    from axistwin.ui.editor import checks
+    from axistwin.ui.editor.documents import Text
+    from axistwin.ui.editor.server import make
 
     written = []
     server = make()
@@ -213,7 +213,7 @@ def test_a_text_of_another_kind_is_ignored(client):
 def test_without_the_extra_the_error_says_what_to_install(monkeypatch):
     for name in [each for each in sys.modules if each.partition(".")[0] in ("pygls", "lsprotocol")]:
         monkeypatch.delitem(sys.modules, name)
-    monkeypatch.delitem(sys.modules, "axistwin.editor.server", raising=False)
+    monkeypatch.delitem(sys.modules, "axistwin.ui.editor.server", raising=False)
     monkeypatch.setitem(sys.modules, "pygls", None)
     monkeypatch.setitem(sys.modules, "lsprotocol", None)
     with pytest.raises(MissingExtraError, match=r'needs pygls: pip install ".*pygls.*", or in a clone .*"\.\[lsp\]"'):

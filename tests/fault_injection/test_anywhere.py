@@ -4,9 +4,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from axistwin import Bench
-from axistwin.errors import UsageError
-from axistwin.fault_injection.kinds import KINDS
-from axistwin.fault_injection.table import Sort
+from axistwin.bench.faults.kinds import KINDS
+from axistwin.bench.faults.table import Sort
+from axistwin.core.errors import UsageError
 
 PLACES = {
     "LINE": ("if1.serial", "motor.serial"),

@@ -3,8 +3,8 @@
 import pytest
 
 from axistwin import Bench
-from axistwin.errors import UsageError
-from axistwin.fault_injection.kinds import KINDS
+from axistwin.bench.faults.kinds import KINDS
+from axistwin.core.errors import UsageError
 
 from ..told import raises
 

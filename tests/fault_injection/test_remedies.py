@@ -4,8 +4,8 @@ import pytest
 
 from axistwin import Bench
 from axistwin.bench import read_options
-from axistwin.errors import AxistwinError
-from axistwin.fault_injection import sentences
+from axistwin.bench.faults import sentences
+from axistwin.core.errors import AxistwinError
 
 from ..told import bare, examples
 

@@ -4,11 +4,11 @@ import pytest
 
 from axistwin import Bench
 from axistwin.bench import FAMILIES
+from axistwin.bench.faults import sentences, triggers
+from axistwin.bench.talk.conversation import parse
+from axistwin.bench.talk.player import play
 from axistwin.controllers.product import Abilities
-from axistwin.conversations.conversation import parse
-from axistwin.conversations.player import play
-from axistwin.errors import ProgramError, UsageError
-from axistwin.fault_injection import sentences, triggers
+from axistwin.core.errors import ProgramError, UsageError
 
 SAMPLE_NS = 245_760
 IF1 = "+1.5\n> (\n< U\\r\n> U61\\r\n+1.2\n"

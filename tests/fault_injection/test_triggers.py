@@ -3,9 +3,9 @@
 import pytest
 
 from axistwin import Bench, play, recording
-from axistwin.conversations.conversation import parse, write
-from axistwin.errors import ProgramError, UsageError
-from axistwin.fault_injection import sentences
+from axistwin.bench.faults import sentences
+from axistwin.bench.talk.conversation import parse, write
+from axistwin.core.errors import ProgramError, UsageError
 
 from ..told import raises
 

@@ -14,8 +14,8 @@ from xml.etree import ElementTree as ET
 import pytest
 
 from axistwin import Scene
-from axistwin.errors import UsageError
-from axistwin.fmu.archive import export
+from axistwin.core.errors import UsageError
+from axistwin.real.integrations.fmu.archive import export
 
 from ..command import run
 

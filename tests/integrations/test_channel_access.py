@@ -13,14 +13,14 @@ from contextlib import asynccontextmanager, suppress
 import pytest
 
 from axistwin.drivers import RefusedError
-from axistwin.integrations import Point
+from axistwin.real.integrations import Point
 
 from ..command import ended, running
 from .conftest import free_port
 
 ca = pytest.importorskip("caproto", reason="caproto is not installed")
 
-from axistwin.integrations.epics import channel_access  # noqa: E402
+from axistwin.real.integrations.epics import channel_access  # noqa: E402
 
 Field, Kind = channel_access.Field, channel_access.Kind
 

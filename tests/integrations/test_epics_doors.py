@@ -12,14 +12,14 @@ from pathlib import Path
 
 import pytest
 
-from axistwin.integrations import Point
+from axistwin.real.integrations import Point
 
 from ..command import ended, running
 from .conftest import free_port
 
 pytest.importorskip("p4p", reason="p4p is not installed")
 
-from axistwin.integrations.epics import pv_access
+from axistwin.real.integrations.epics import pv_access
 
 
 def search(sender, address, number):

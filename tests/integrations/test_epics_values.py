@@ -7,14 +7,14 @@ from math import inf, nan
 import pytest
 
 from axistwin import Bench
-from axistwin.integrations import of_scene
+from axistwin.real.integrations import of_scene
 
 from ..bad_values import TABLE
 from .conftest import PATIENCE, free_port
 
 ca = pytest.importorskip("caproto", reason="caproto is not installed")
 
-from axistwin.integrations.epics.ioc import Ioc  # noqa: E402
+from axistwin.real.integrations.epics.ioc import Ioc  # noqa: E402
 
 from .test_channel_access import Visitor  # noqa: E402
 

@@ -7,8 +7,8 @@ import pytest
 
 from axistwin import Bench
 from axistwin.drivers import DriverError, RefusedError
-from axistwin.integrations import of_scene
-from axistwin.integrations.epics.motor_record import MotorRecord
+from axistwin.real.integrations import of_scene
+from axistwin.real.integrations.epics.motor_record import MotorRecord
 
 from .conftest import PATIENCE
 

@@ -4,13 +4,13 @@ import asyncio
 
 import pytest
 
-from axistwin.errors import UsageError
+from axistwin.core.errors import UsageError
 
 asyncua = pytest.importorskip("asyncua", reason="the extra [opcua] is not installed")
 
 
 def secured(folder):
-    from axistwin.integrations.opcua import security
+    from axistwin.real.integrations.opcua import security
 
     asyncio.run(security.secure(asyncua.Server(), users=False, folder=folder, host="127.0.0.1"))
 

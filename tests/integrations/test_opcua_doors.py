@@ -14,8 +14,8 @@ asyncua = pytest.importorskip("asyncua", reason="asyncua is not installed")
 from asyncua import ua  # noqa: E402
 from asyncua.crypto import uacrypto  # noqa: E402
 
-from axistwin.integrations import of_scene  # noqa: E402
-from axistwin.integrations.opcua import security, server  # noqa: E402
+from axistwin.real.integrations import of_scene  # noqa: E402
+from axistwin.real.integrations.opcua import security, server  # noqa: E402
 
 from .conftest import PATIENCE, free_port  # noqa: E402
 from .raw_opcua import Raw, code, raw, signing  # noqa: E402

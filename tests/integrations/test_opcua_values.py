@@ -12,8 +12,8 @@ asyncua = pytest.importorskip("asyncua", reason="asyncua is not installed")
 
 from asyncua import Client, ua  # noqa: E402
 
-from axistwin.integrations import of_scene  # noqa: E402
-from axistwin.integrations.opcua import server  # noqa: E402
+from axistwin.real.integrations import of_scene  # noqa: E402
+from axistwin.real.integrations.opcua import server  # noqa: E402
 
 from .conftest import PATIENCE, free_port  # noqa: E402
 from .raw_opcua import code  # noqa: E402

@@ -6,7 +6,7 @@ from functools import partial
 import pytest
 
 from axistwin import Bench
-from axistwin.integrations import of_scene
+from axistwin.real.integrations import of_scene
 
 from .conftest import free_port
 
@@ -14,11 +14,11 @@ from .conftest import free_port
 def serving_of(kind, machine):
     if kind == "epics":
         pytest.importorskip("caproto", reason="caproto is not installed")
-        from axistwin.integrations.epics.ioc import Ioc
+        from axistwin.real.integrations.epics.ioc import Ioc
 
         return Ioc(machine, "P:").serving
     pytest.importorskip("asyncua", reason="asyncua is not installed")
-    from axistwin.integrations.opcua import server
+    from axistwin.real.integrations.opcua import server
 
     return partial(server.serving, machine)
 

@@ -6,7 +6,7 @@ from types import SimpleNamespace
 import pytest
 
 from axistwin import Bench
-from axistwin.integrations import of_scene, paced_port
+from axistwin.real.integrations import of_scene, paced_port
 
 OPTIONS = {"if1": {"self_test_s": 0.1, "recalculation_s": 0.1}, "1811": {}}
 """The self-test of the IF1 takes 0.5 s of real time at a fifth of the speed."""

@@ -5,9 +5,9 @@ import struct
 
 import pytest
 
-from axistwin.errors import UsageError
+from axistwin.core.errors import UsageError
+from axistwin.core.units import S
 from axistwin.links.bus import LONGEST_LINE, MAX_BLOCK
-from axistwin.units import S
 
 from .serving import HOST_TIMEOUT_S, Served
 

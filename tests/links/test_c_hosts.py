@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from axistwin.bus_hosts import C_FILES
+from axistwin.links.bus_hosts import C_FILES
 
 from . import appendix_d
 from .serving import HOST_TIMEOUT_S, Served

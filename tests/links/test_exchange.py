@@ -7,21 +7,21 @@ import serial
 
 from axistwin import Bench
 from axistwin.bench import Do, Say
-from axistwin.errors import UsageError
+from axistwin.core.errors import UsageError
+from axistwin.core.units import S
 from axistwin.links.pacing import Pacer
 from axistwin.links.plug import FULL, Plug
 from axistwin.links.server import Server
 from axistwin.links.single_client import Gate
-from axistwin.sessions.external_input import ExternalInput
-from axistwin.sessions.journal import Cursor
-from axistwin.sessions.recorded_port import RecordedPort
+from axistwin.scenes.sessions.external_input import ExternalInput
+from axistwin.scenes.sessions.journal import Cursor
+from axistwin.scenes.sessions.recorded_port import RecordedPort
 from axistwin.sim.clock import Clock
 from axistwin.sim.frames import UartFormat
 from axistwin.sim.pins import Pin
 from axistwin.sim.serial import Uart
 from axistwin.sim.serial_port import Flow, Hold, SendBreak, SerialPort, SetFlow, SetFormat, SetLine
 from axistwin.sim.wirings import direct
-from axistwin.units import S
 
 from .serving import HOST_TIMEOUT_S, Served, ask, dial, initialise, receive
 from .test_bus import Host

@@ -3,12 +3,12 @@
 import pytest
 
 from axistwin import Bench
-from axistwin.errors import UsageError
+from axistwin.core.errors import UsageError
+from axistwin.core.units import MOST_NS, MS, S
 from axistwin.links import pacing
 from axistwin.links.manual_pacer import ManualPacer
 from axistwin.links.pacing import Pacer, read_speed
 from axistwin.sim.clock import Clock
-from axistwin.units import MOST_NS, MS, S
 
 from .fake_loop import Loop
 

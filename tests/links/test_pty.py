@@ -11,7 +11,7 @@ from contextlib import suppress
 import pytest
 import serial
 
-from axistwin.errors import LinkError
+from axistwin.core.errors import LinkError
 from axistwin.links.plug import CHUNK, FULL
 from axistwin.sim.frames import UartFormat
 

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from axistwin import Bench
 from axistwin.links.pacing import Pacer
 from axistwin.links.plug import Plug
-from axistwin.sessions.recorded_port import RecordedPort
+from axistwin.scenes.sessions.recorded_port import RecordedPort
 from axistwin.sim.frames import UartFormat
 from axistwin.sim.serial_port import Flow
 

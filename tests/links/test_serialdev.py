@@ -6,7 +6,7 @@ import tty
 
 import pytest
 
-from axistwin.errors import LinkError
+from axistwin.core.errors import LinkError
 from axistwin.links.serialdev import SerialDevice
 from axistwin.sim.frames import UartFormat
 

@@ -7,13 +7,13 @@ import pytest
 
 from axistwin import Bench
 from axistwin.cli.program import main
-from axistwin.diagnostics.refused_lines import RefusedLines
+from axistwin.core.errors import UsageError
 from axistwin.drivers import connect
-from axistwin.errors import UsageError
 from axistwin.links import sharing
 from axistwin.links.plug import FULL
 from axistwin.links.sharing import Hub, Seat
 from axistwin.links.single_client import Gate
+from axistwin.scenes.diagnostics.refused_lines import RefusedLines
 
 from .serving import Served, ask, dial, initialise, receive
 

@@ -6,7 +6,7 @@ import struct
 
 import pytest
 
-from axistwin.errors import LinkError, UsageError
+from axistwin.core.errors import LinkError, UsageError
 from axistwin.links.plug import CHUNK, FULL
 from axistwin.links.tcp import STALLED, resolved
 from axistwin.links.urls import PortUrl

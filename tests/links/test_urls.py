@@ -2,7 +2,7 @@
 
 import pytest
 
-from axistwin.errors import UsageError
+from axistwin.core.errors import UsageError
 from axistwin.links.urls import PortUrl, parse, parse_as
 
 

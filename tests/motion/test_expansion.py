@@ -6,10 +6,10 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
-from axistwin.motion import expansion
-from axistwin.motion.profile import Profile, Segment
-from axistwin.motion.ramp import Ramp
-from axistwin.motion.train import Train
+from axistwin.sim.motion import expansion
+from axistwin.sim.motion.profile import Profile, Segment
+from axistwin.sim.motion.ramp import Ramp
+from axistwin.sim.motion.train import Train
 
 RAMP = Ramp(Fraction(400), Fraction(10_000), Fraction(100), Fraction(1, 100))
 

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from axistwin.motion.profile import MOST_BLOCK, Profile, Segment
+from axistwin.sim.motion.profile import MOST_BLOCK, Profile, Segment
 
 S = 10**9
 

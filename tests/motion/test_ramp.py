@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from axistwin.motion.ramp import Ramp
+from axistwin.sim.motion.ramp import Ramp
 
 MS = 10**6
 

@@ -7,8 +7,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from axistwin.motion.profile import Profile, Segment
-from axistwin.motion.step_queue import MOST_INTERVAL, Steps, plan
+from axistwin.sim.motion.profile import Profile, Segment
+from axistwin.sim.motion.step_queue import MOST_INTERVAL, Steps, plan
 
 MHZ, TOLERANCE = 16, 8.0  # the clock of an AVR; half a microsecond in its ticks
 

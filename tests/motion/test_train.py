@@ -4,9 +4,9 @@ from fractions import Fraction
 
 import pytest
 
-from axistwin.errors import UsageError
-from axistwin.motion.profile import Profile, Segment
-from axistwin.motion.train import Train
+from axistwin.core.errors import UsageError
+from axistwin.sim.motion.profile import Profile, Segment
+from axistwin.sim.motion.train import Train
 
 S = 10**9
 

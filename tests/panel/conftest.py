@@ -2,8 +2,8 @@
 
 import pytest
 
-from axistwin.panel.memory import Memory
-from axistwin.panel.views.asides import Asides
+from axistwin.ui.panel.memory import Memory
+from axistwin.ui.panel.views.asides import Asides
 
 from .showing import stage
 

@@ -13,8 +13,8 @@ from nicegui.testing.user import User
 from nicegui.testing.user_simulation import user_simulation
 
 from axistwin import Session
-from axistwin.panel.context import Common, Context
-from axistwin.panel.people import People
+from axistwin.ui.panel.context import Common, Context
+from axistwin.ui.panel.people import People
 
 from ..benches import bench_of
 

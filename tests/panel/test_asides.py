@@ -2,7 +2,7 @@
 
 import re
 
-from axistwin.panel.views.terminal import terminal
+from axistwin.ui.panel.views.terminal import terminal
 
 from .showing import shown
 

@@ -6,9 +6,9 @@ import zipfile
 from nicegui import ui
 
 from axistwin import Bench
-from axistwin.panel.actions import State
-from axistwin.panel.views.driving import SPEEDS, driving
-from axistwin.programs import stored_programs
+from axistwin.bench.programs import stored_programs
+from axistwin.ui.panel.actions import State
+from axistwin.ui.panel.views.driving import SPEEDS, driving
 
 from .showing import shown
 

@@ -3,9 +3,9 @@
 import pytest
 
 from axistwin.bench import FAMILIES, Bench
-from axistwin.fault_injection.kinds import KINDS
-from axistwin.fault_injection.table import On, Sort
-from axistwin.panel.views.faults import faults, power
+from axistwin.bench.faults.kinds import KINDS
+from axistwin.bench.faults.table import On, Sort
+from axistwin.ui.panel.views.faults import faults, power
 
 from .showing import bench_of, shown
 

@@ -4,7 +4,7 @@ import pytest
 
 from axistwin.bench import FAMILIES, Bench, product
 from axistwin.controllers.front import Lamp
-from axistwin.panel.views.front import front, generic
+from axistwin.ui.panel.views.front import front, generic
 
 from .showing import bench_of, shown
 

@@ -6,7 +6,7 @@ import httpx
 import pytest
 
 from axistwin.links import web_gate
-from axistwin.panel.gate import PERSON, Gate
+from axistwin.ui.panel.gate import PERSON, Gate
 
 
 async def page(scope, receive, send):

@@ -6,10 +6,10 @@ from urllib.parse import quote
 import pytest
 
 from axistwin import Session
-from axistwin.panel import layout
-from axistwin.panel.context import Common, Context
-from axistwin.panel.people import People
-from axistwin.panel.views.table import table
+from axistwin.ui.panel import layout
+from axistwin.ui.panel.context import Common, Context
+from axistwin.ui.panel.people import People
+from axistwin.ui.panel.views.table import table
 
 from .showing import bench_of, show_to
 

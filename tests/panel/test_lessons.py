@@ -2,10 +2,10 @@
 
 import pytest
 
-from axistwin.panel.lessons import Lessons
-from axistwin.panel.views.lessons import on_the_page
-from axistwin.panel.views.terminal import terminal
-from axistwin.teaching.lessons import course
+from axistwin.ui.panel.lessons import Lessons
+from axistwin.ui.panel.views.lessons import on_the_page
+from axistwin.ui.panel.views.terminal import terminal
+from axistwin.ui.teaching.lessons import course
 
 from .showing import bench_of, shown
 

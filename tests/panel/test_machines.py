@@ -4,9 +4,9 @@ import re
 from fractions import Fraction
 
 from axistwin import Bench
-from axistwin.motion.profile import Profile, Segment
-from axistwin.panel.drawings.picture import Picture
-from axistwin.panel.views.machines import machines
+from axistwin.sim.motion.profile import Profile, Segment
+from axistwin.ui.panel.drawings.picture import Picture
+from axistwin.ui.panel.views.machines import machines
 
 from .showing import shown
 

@@ -8,10 +8,10 @@ from functools import partial
 import pytest
 
 from axistwin import Session
-from axistwin.panel.context import Common, Context
-from axistwin.panel.memory import AT_A_TIME, Memory, release
-from axistwin.panel.page import Visits, build_page, build_views
-from axistwin.panel.people import People
+from axistwin.ui.panel.context import Common, Context
+from axistwin.ui.panel.memory import AT_A_TIME, Memory, release
+from axistwin.ui.panel.page import Visits, build_page, build_views
+from axistwin.ui.panel.people import People
 
 from .showing import bench_of, show, stage
 

@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 
 from axistwin import Bench
-from axistwin.panel.scope.cursors import next_edge, value_at
-from axistwin.panel.scope.frames import FULL, frame
-from axistwin.panel.scope.recorder import Recorder
-from axistwin.panel.scope.screen import Screen
+from axistwin.ui.panel.scope.cursors import next_edge, value_at
+from axistwin.ui.panel.scope.frames import FULL, frame
+from axistwin.ui.panel.scope.recorder import Recorder
+from axistwin.ui.panel.scope.screen import Screen
 
 STARTS = {
     "if1": ("(", "U61\r", ":X40@800S1:P0,2:X-R1:=0,1:$\r"),

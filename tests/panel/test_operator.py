@@ -3,13 +3,13 @@
 import pytest
 
 from axistwin import Session
-from axistwin.errors import SceneError
-from axistwin.panel.context import Common, Context
-from axistwin.panel.people import People
-from axistwin.panel.views.asides import PanelRemedies
-from axistwin.panel.views.operator import operator
+from axistwin.core.errors import SceneError
 from axistwin.scenes.scene import Scene
-from axistwin.teaching.tutor import Tutor
+from axistwin.ui.panel.context import Common, Context
+from axistwin.ui.panel.people import People
+from axistwin.ui.panel.views.asides import PanelRemedies
+from axistwin.ui.panel.views.operator import operator
+from axistwin.ui.teaching.tutor import Tutor
 
 from .showing import shown
 

@@ -5,7 +5,7 @@ from types import SimpleNamespace
 
 import pytest
 
-from axistwin.panel.outbound import ELEMENTS_AT_A_TIME, Outbound
+from axistwin.ui.panel.outbound import ELEMENTS_AT_A_TIME, Outbound
 
 
 class Outbox:

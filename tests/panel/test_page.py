@@ -6,12 +6,12 @@ import pytest
 from nicegui import ui
 
 from axistwin.bench import Bench, LineBreak, Sent
-from axistwin.panel.context import together
-from axistwin.panel.page import build_views
-from axistwin.panel.talk import Talk
-from axistwin.panel.views.people import people
-from axistwin.panel.views.tabs import tabs
-from axistwin.panel.views.terminal import terminal
+from axistwin.ui.panel.context import together
+from axistwin.ui.panel.page import build_views
+from axistwin.ui.panel.talk import Talk
+from axistwin.ui.panel.views.people import people
+from axistwin.ui.panel.views.tabs import tabs
+from axistwin.ui.panel.views.terminal import terminal
 
 from .showing import bench_of, show, shown
 

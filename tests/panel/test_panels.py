@@ -6,8 +6,8 @@ import httpx
 import pytest
 
 from axistwin import Bench, Session
-from axistwin.panel import web
-from axistwin.panel.web import Address, Panel
+from axistwin.ui.panel import web
+from axistwin.ui.panel.web import Address, Panel
 
 from .showing import stage
 

@@ -6,11 +6,11 @@ from functools import partial
 import pytest
 
 from axistwin import Session
-from axistwin.panel import page as page_module
-from axistwin.panel import people
-from axistwin.panel.context import Common, Context
-from axistwin.panel.page import Visits, build_page
-from axistwin.panel.people import People
+from axistwin.ui.panel import page as page_module
+from axistwin.ui.panel import people
+from axistwin.ui.panel.context import Common, Context
+from axistwin.ui.panel.page import Visits, build_page
+from axistwin.ui.panel.people import People
 
 from .showing import bench_of, stage
 

@@ -5,8 +5,8 @@ from nicegui import ui
 
 from axistwin import Bench
 from axistwin.bench import FAMILIES, host_at
-from axistwin.panel.views.program import program
-from axistwin.programs import stored_programs
+from axistwin.bench.programs import stored_programs
+from axistwin.ui.panel.views.program import program
 
 from ..digiplan.talking import ready, send
 from .showing import shown

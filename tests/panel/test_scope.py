@@ -7,17 +7,17 @@ import numpy as np
 import pytest
 
 from axistwin import Bench, tracing
-from axistwin.errors import UsageError
-from axistwin.panel.scope.cursors import between, duration, nearest_edge, next_edge, rate, value_at
-from axistwin.panel.scope.frames import FULL, TOP, frame
-from axistwin.panel.scope.recorder import MOST_SIGNALS, Recorder
-from axistwin.panel.scope.saving import saved
-from axistwin.panel.scope.screen import Screen, first_choice, searched
-from axistwin.panel.scope.tracks import Track
-from axistwin.panel.scope.triggers import AUTO, DOWN, EITHER, NORMAL, SINGLE, UP, Trigger
-from axistwin.traces.reading import read
-from axistwin.traces.signals import COUNT, LEVEL
-from axistwin.units import MS, S
+from axistwin.core.errors import UsageError
+from axistwin.core.units import MS, S
+from axistwin.records.traces.reading import read
+from axistwin.records.traces.signals import COUNT, LEVEL
+from axistwin.ui.panel.scope.cursors import between, duration, nearest_edge, next_edge, rate, value_at
+from axistwin.ui.panel.scope.frames import FULL, TOP, frame
+from axistwin.ui.panel.scope.recorder import MOST_SIGNALS, Recorder
+from axistwin.ui.panel.scope.saving import saved
+from axistwin.ui.panel.scope.screen import Screen, first_choice, searched
+from axistwin.ui.panel.scope.tracks import Track
+from axistwin.ui.panel.scope.triggers import AUTO, DOWN, EITHER, NORMAL, SINGLE, UP, Trigger
 
 SIGNALS = ("if1.input1", "if1.X.pulses", "if1.X.velocity", "if1.controller_says")
 

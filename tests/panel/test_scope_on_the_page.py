@@ -6,13 +6,13 @@ from fractions import Fraction
 import pytest
 
 from axistwin import Session
-from axistwin.motion.profile import Profile, Segment
-from axistwin.panel.context import Common, Context
-from axistwin.panel.people import People
-from axistwin.panel.scope.frames import frame
-from axistwin.panel.scope.screen import Screen
-from axistwin.panel.views.scope import Scopes, scope
-from axistwin.units import S
+from axistwin.core.units import S
+from axistwin.sim.motion.profile import Profile, Segment
+from axistwin.ui.panel.context import Common, Context
+from axistwin.ui.panel.people import People
+from axistwin.ui.panel.scope.frames import frame
+from axistwin.ui.panel.scope.screen import Screen
+from axistwin.ui.panel.views.scope import Scopes, scope
 
 from .showing import bench_of, show, show_to, shown
 

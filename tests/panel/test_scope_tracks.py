@@ -7,12 +7,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from axistwin.panel.scope import tracks
-from axistwin.panel.scope.decimation import line as line_of
-from axistwin.panel.scope.decimation import marks, window
-from axistwin.panel.scope.tracks import MOST_BYTES, Track, Words
-from axistwin.traces.signals import COUNT, LEVEL, TEXT
-from axistwin.units import MS, S
+from axistwin.core.units import MS, S
+from axistwin.records.traces.signals import COUNT, LEVEL, TEXT
+from axistwin.ui.panel.scope import tracks
+from axistwin.ui.panel.scope.decimation import line as line_of
+from axistwin.ui.panel.scope.decimation import marks, window
+from axistwin.ui.panel.scope.tracks import MOST_BYTES, Track, Words
 
 
 def track_of(*changes, kind=COUNT):

@@ -15,9 +15,9 @@ from websockets.exceptions import ConnectionClosed
 from websockets.sync.client import connect
 
 from axistwin import Bench
-from axistwin.panel import web
-from axistwin.panel.web import Address, Panel, listening_socket
-from axistwin.sessions.session import Session
+from axistwin.scenes.sessions.session import Session
+from axistwin.ui.panel import web
+from axistwin.ui.panel.web import Address, Panel, listening_socket
 
 from ..command import PATIENCE_S, ended, refused, running
 from .showing import stage

@@ -2,7 +2,7 @@
 
 import pytest
 
-from axistwin.panel.views.machines import machines
+from axistwin.ui.panel.views.machines import machines
 
 from .showing import bench_of, show, shown
 from .test_machines import SLIDE

@@ -5,9 +5,9 @@ from fractions import Fraction
 import pytest
 from nicegui.elements.scene import Scene
 
-from axistwin.drawings.table import PIECE, PIECES
-from axistwin.motion.profile import Profile, Segment
-from axistwin.panel.views.machines import machines
+from axistwin.sim.motion.profile import Profile, Segment
+from axistwin.ui.drawings.table import PIECE, PIECES
+from axistwin.ui.panel.views.machines import machines
 
 from .showing import bench_of, show, shown
 

@@ -4,7 +4,7 @@ import re
 
 from axistwin import Bench, Session
 from axistwin.bench import endpoints
-from axistwin.panel.talk import KEPT, Printer, Talk
+from axistwin.ui.panel.talk import KEPT, Printer, Talk
 
 COLOURS = re.compile(r"\x1b\[\d*m")
 

@@ -2,8 +2,8 @@
 
 import pytest
 
-from axistwin.panel.views.pins import pins
 from axistwin.sim.pins import connect
+from axistwin.ui.panel.views.pins import pins
 
 from .showing import bench_of, shown
 

@@ -3,11 +3,11 @@
 import pytest
 
 from axistwin import Session
-from axistwin.panel.context import Common, Context
-from axistwin.panel.people import People
-from axistwin.panel.views.darkness import MODES
-from axistwin.panel.views.driving import driving
 from axistwin.scenes.scene import Scene
+from axistwin.ui.panel.context import Common, Context
+from axistwin.ui.panel.people import People
+from axistwin.ui.panel.views.darkness import MODES
+from axistwin.ui.panel.views.driving import driving
 
 from .showing import shown
 
@@ -102,7 +102,7 @@ async def test_a_restart_can_be_undone_for_ten_seconds(visit, context):
 
 @shown(driving)
 def test_an_undo_that_comes_too_late_is_not_offered(visit, context, monkeypatch):
-    monkeypatch.setattr("axistwin.sessions.session.UNDO_S", -1.0)
+    monkeypatch.setattr("axistwin.scenes.sessions.session.UNDO_S", -1.0)
     visit.press("restart")
     assert not seen(visit, "undo")
 

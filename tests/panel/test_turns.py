@@ -7,10 +7,10 @@ import pytest
 from nicegui import ui
 
 from axistwin.bench import FAMILIES
-from axistwin.panel import turns
-from axistwin.panel.context import careful, together
-from axistwin.panel.page import build_views
-from axistwin.panel.turns import breathe, in_turns
+from axistwin.ui.panel import turns
+from axistwin.ui.panel.context import careful, together
+from axistwin.ui.panel.page import build_views
+from axistwin.ui.panel.turns import breathe, in_turns
 
 from .showing import bench_of, show
 

@@ -2,11 +2,11 @@
 
 import pytest
 
-from axistwin.errors import UsageError
+from axistwin.core.errors import UsageError
+from axistwin.core.units import MS, US
 from axistwin.plant.joystick import Joystick, JoystickInputs
 from axistwin.sim.clock import Clock
 from axistwin.sim.pins import Pin
-from axistwin.units import MS, US
 
 
 @pytest.fixture

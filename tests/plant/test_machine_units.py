@@ -8,9 +8,9 @@ from hypothesis import strategies as st
 
 from axistwin import Bench, Scene
 from axistwin.cli.program import main
-from axistwin.errors import SceneError, UsageError
+from axistwin.core.errors import SceneError, UsageError
 from axistwin.plant.machine_units import MachineUnits, position, rate
-from axistwin.traces.reading import read
+from axistwin.records.traces.reading import read
 
 MM = MachineUnits.given({"per": 80, "of": "mm"})
 
@@ -163,8 +163,8 @@ def test_reports_and_traces_have_both(directory, capsys):
 def test_a_plot_has_two_scales(directory):
     from matplotlib.figure import Figure
 
-    from axistwin.plots import picture
-    from axistwin.plots.trace_chart import of_trace
+    from axistwin.records.plots import picture
+    from axistwin.records.plots.trace_chart import of_trace
 
     with pytest.raises(SystemExit):
         main(["run", str(directory / "s.toml"), "--for", "1", "--trace", str(directory / "a.csv")])
@@ -210,7 +210,7 @@ max_rate = "50 mm/s"
 
 
 def test_the_bounds_of_a_stand_in(tmp_path):
-    from axistwin.standin import reading
+    from axistwin.real.standin import reading
 
     (tmp_path / "s.toml").write_text(STAND_IN)
     scene = Scene.load(tmp_path / "s.toml")

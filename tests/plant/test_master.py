@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from axistwin import Bench
-from axistwin.errors import UsageError
+from axistwin.core.errors import UsageError
 from axistwin.plant.master import Master, Run
 from axistwin.sim.clock import Clock
 from axistwin.sim.signal import Signal

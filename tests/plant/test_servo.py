@@ -6,7 +6,7 @@ from math import inf, pi
 import pytest
 
 from axistwin import Bench
-from axistwin.errors import UsageError
+from axistwin.core.errors import UsageError
 from axistwin.plant.servo import FRAME17, FRAME23, FRAME34, ServoLoad, servo_load, servo_motor
 
 

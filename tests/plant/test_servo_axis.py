@@ -6,7 +6,7 @@ from dataclasses import asdict
 import numpy as np
 import pytest
 
-from axistwin.errors import UsageError
+from axistwin.core.errors import UsageError
 from axistwin.plant.axes import servo_axis
 from axistwin.plant.counts import Samples
 from axistwin.plant.servo import FRAME23

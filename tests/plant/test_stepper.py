@@ -4,13 +4,13 @@ from fractions import Fraction
 
 import pytest
 
-from axistwin.errors import UsageError
-from axistwin.motion.profile import Profile, Segment
+from axistwin.core.errors import UsageError
 from axistwin.plant.axes import stepper_axis
 from axistwin.plant.encoder import EncoderData
 from axistwin.plant.stepper import StepperAxis
 from axistwin.plant.torque import Load, StepperMotor
 from axistwin.sim.clock import Clock
+from axistwin.sim.motion.profile import Profile, Segment
 
 S = 10**9
 

@@ -2,10 +2,10 @@
 
 from fractions import Fraction
 
-from axistwin.motion.profile import Profile, Segment
 from axistwin.plant.stepper import StepperAxis
 from axistwin.plant.switches import PositionSwitch, in_series
 from axistwin.sim.clock import Clock
+from axistwin.sim.motion.profile import Profile, Segment
 from axistwin.sim.pins import Pin
 
 S = 10**9

@@ -8,7 +8,7 @@ from threading import Thread
 
 import pytest
 
-from axistwin.playground.building import build
+from axistwin.ui.playground.building import build
 
 ENGINE = os.environ.get("AXISTWIN_ENGINE", "")
 pytestmark = pytest.mark.skipif(not ENGINE, reason="AXISTWIN_ENGINE names no folder made by `make engine`")

@@ -8,9 +8,9 @@ import zipfile
 
 import pytest
 
-from axistwin.errors import AxistwinError, UsageError
-from axistwin.playground.link import LONGEST_LINK, Shared, decode, encode
-from axistwin.playground.machine import Playground
+from axistwin.core.errors import AxistwinError, UsageError
+from axistwin.ui.playground.link import LONGEST_LINK, Shared, decode, encode
+from axistwin.ui.playground.playground import Playground
 
 from ..command import run
 from ..told import raises
@@ -152,7 +152,7 @@ def test_curves_have_bounded_memory_and_keep_their_first_sample(playground):
     assert len(playground.state(points=50)["curves"]["if1.X"]["position"]) <= 100
 
 
-PACKAGES = "sim motion plant controllers bench fault_injection programs conversations scenes teaching diagnostics"
+PACKAGES = "sim plant controllers bench scenes ui.teaching"
 ABSENT = "numpy numba socket subprocess termios fcntl pty multiprocessing pyarrow matplotlib"
 IMPORTS = f"""
 import asyncio, logging, pydantic, simpy, sys  # libraries may import what axistwin may not
@@ -170,7 +170,7 @@ for package in "{PACKAGES}".split():
     for module in pkgutil.walk_packages(folder.__path__, "axistwin." + package + "."):
         if ".kernel." not in module.name:  # run time chooses the plain or the compiled kernel
             importlib.import_module(module.name)
-from axistwin.playground.machine import Playground
+from axistwin.ui.playground.playground import Playground
 playground = Playground(pathlib.Path(tempfile.mkdtemp()))
 for model in ("if1", "1811", "smartmotor"):
     playground.open_model(model)

@@ -8,13 +8,13 @@ import pytest
 
 from axistwin import Bench
 from axistwin.cli.program import main
-from axistwin.plots import picture
-from axistwin.plots.chart import Fault
-from axistwin.plots.trace_chart import messages, of_trace
-from axistwin.traces.differences import Tolerance, compare
-from axistwin.traces.reading import Track, read
-from axistwin.traces.trace import tracing
-from axistwin.units import MS, S
+from axistwin.core.units import MS, S
+from axistwin.records.plots import picture
+from axistwin.records.plots.chart import Fault
+from axistwin.records.plots.trace_chart import messages, of_trace
+from axistwin.records.traces.differences import Tolerance, compare
+from axistwin.records.traces.reading import Track, read
+from axistwin.records.traces.trace import tracing
 
 SUFFIXES = "csv", "vcd", "parquet"
 SIGNALS = ("default", "motor.RPE", "motor.RBt", "if1.state")

@@ -7,12 +7,12 @@ import pytest
 
 from axistwin import Bench
 from axistwin.bench import product
-from axistwin.errors import LinkError, UsageError
-from axistwin.hosts.real_time import open_end
-from axistwin.hosts.virtual_time import VirtualEnd
-from axistwin.probing.cases import dialect
-from axistwin.probing.comparing import Motion, Settings, Verdict, probe
-from axistwin.probing.report import html
+from axistwin.core.errors import LinkError, UsageError
+from axistwin.real.hosts.real_time import open_end
+from axistwin.real.hosts.virtual_time import VirtualEnd
+from axistwin.real.probing.cases import dialect
+from axistwin.real.probing.comparing import Motion, Settings, Verdict, probe
+from axistwin.real.probing.report import html
 from axistwin.sim.frames import UartFormat
 from axistwin.testing import serve
 

@@ -7,14 +7,14 @@ import pytest
 
 from axistwin import Bench, Scene
 from axistwin.bench import action, product
-from axistwin.conversations.conversation import parse
-from axistwin.conversations.player import play
-from axistwin.errors import LinkError, UsageError
-from axistwin.hosts.real_time import open_end
-from axistwin.hosts.virtual_time import VirtualEnd
-from axistwin.probing.rescue.finding import Found, find
-from axistwin.probing.rescue.saving import rescue
-from axistwin.programs import stored_programs
+from axistwin.bench.programs import stored_programs
+from axistwin.bench.talk.conversation import parse
+from axistwin.bench.talk.player import play
+from axistwin.core.errors import LinkError, UsageError
+from axistwin.real.hosts.real_time import open_end
+from axistwin.real.hosts.virtual_time import VirtualEnd
+from axistwin.real.probing.rescue.finding import Found, find
+from axistwin.real.probing.rescue.saving import rescue
 from axistwin.sim.frames import UartFormat
 from axistwin.testing import serve
 

@@ -11,10 +11,10 @@ import pytest
 from axistwin import Bench
 from axistwin.bench import product
 from axistwin.controllers.smartmotor.nonvolatile import Nonvolatile
-from axistwin.hosts.virtual_time import VirtualEnd
-from axistwin.probing.cases import dialect
-from axistwin.probing.comparing import Motion, Settings, Twin, Verdict, probe
-from axistwin.probing.smartmotor import memory, moving, still
+from axistwin.real.hosts.virtual_time import VirtualEnd
+from axistwin.real.probing.cases import dialect
+from axistwin.real.probing.comparing import Motion, Settings, Twin, Verdict, probe
+from axistwin.real.probing.smartmotor import memory, moving, still
 
 from ..command import run
 

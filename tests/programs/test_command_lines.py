@@ -6,11 +6,11 @@ import pytest
 
 from axistwin import Bench
 from axistwin.bench import Do, Say, Wait
-from axistwin.errors import ProgramError, UsageError
-from axistwin.programs.command_lines import read_command_lines, send_lines
-from axistwin.programs.running import Outcome, load
-from axistwin.reports.run_record import RunRecord, recording_run
-from axistwin.units import S
+from axistwin.bench.programs.command_lines import read_command_lines, send_lines
+from axistwin.bench.programs.running import Outcome, load
+from axistwin.core.errors import ProgramError, UsageError
+from axistwin.core.units import S
+from axistwin.scenes.reports.run_record import RunRecord, recording_run
 
 from ..told import raises
 

@@ -7,9 +7,9 @@ import pytest
 from axistwin import Bench, Scene, tracing
 from axistwin.cli.program import execute
 from axistwin.controllers.smartmotor.kernel.core import Engine
-from axistwin.editor.smartmotor import SourceEditing
-from axistwin.errors import ProgramError, SceneError, TraceError, UsageError
-from axistwin.traces.reading import read
+from axistwin.core.errors import ProgramError, SceneError, TraceError, UsageError
+from axistwin.records.traces.reading import read
+from axistwin.ui.editor.smartmotor import SourceEditing
 
 from ..campaigns import campaign
 

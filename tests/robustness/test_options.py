@@ -7,8 +7,8 @@ import pytest
 
 from axistwin import Bench, Scene, tracing
 from axistwin.controllers.smartmotor.kernel.core import Engine
-from axistwin.errors import TraceError
-from axistwin.traces.reading import read
+from axistwin.core.errors import TraceError
+from axistwin.records.traces.reading import read
 
 from ..campaigns import campaign
 from ..command import refused, run

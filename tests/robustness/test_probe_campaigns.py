@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from axistwin.probing.comparing import Verdict
+from axistwin.real.probing.comparing import Verdict
 
 pytestmark = pytest.mark.slow
 

@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 
 from axistwin import Scene
-from axistwin.errors import AxistwinError
+from axistwin.core.errors import AxistwinError
 
 from ..told import examples, value
 

@@ -7,8 +7,8 @@ from pathlib import Path
 import pytest
 
 from axistwin import Scene
-from axistwin.errors import SceneError
-from axistwin.programs import running
+from axistwin.bench.programs import running
+from axistwin.core.errors import SceneError
 from axistwin.scenes.toml_places import places
 
 EXAMPLES = Path(__file__).parents[2] / "examples"

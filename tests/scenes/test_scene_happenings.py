@@ -8,10 +8,10 @@ import pytest
 from click.testing import CliRunner
 
 from axistwin import Scene
+from axistwin.bench.faults.kinds import KINDS
 from axistwin.cli.authoring.faults import rows
 from axistwin.cli.program import axistwin
-from axistwin.errors import AxistwinError, SceneError, UsageError
-from axistwin.fault_injection.kinds import KINDS
+from axistwin.core.errors import AxistwinError, SceneError, UsageError
 
 IF1 = '[[controller]]\nmodel = "if1"\n'
 SHAFT = '[[controller]]\nmodel = "smartmotor"\naxes.shaft = '

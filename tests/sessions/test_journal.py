@@ -4,8 +4,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from axistwin.bench import Do, Say
-from axistwin.sessions.journal import Cursor, Journal, Moment
-from axistwin.units import MS
+from axistwin.core.units import MS
+from axistwin.scenes.sessions.journal import Cursor, Journal, Moment
 
 POLL = Say(b"R\r", controller="if1")
 

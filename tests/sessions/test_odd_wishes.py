@@ -6,7 +6,7 @@ import shutil
 import pytest
 
 from axistwin import Session
-from axistwin.errors import AxistwinError, UsageError
+from axistwin.core.errors import AxistwinError, UsageError
 
 from ..benches import bench_of
 from .driving import Traced, run_saved

@@ -4,7 +4,7 @@ import asyncio
 
 from axistwin import Session
 from axistwin.links.urls import parse
-from axistwin.sessions.session import DRAIN_EVERY
+from axistwin.scenes.sessions.session import DRAIN_EVERY
 
 from ..benches import bench_of
 from ..links.serving import HOST_TIMEOUT_S

@@ -14,7 +14,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from axistwin import Bench, Session
-from axistwin.errors import AxistwinError
+from axistwin.core.errors import AxistwinError
 
 from ..benches import bench_of
 from .driving import Traced, do_all, drive, run_saved, upto

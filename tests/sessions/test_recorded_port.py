@@ -4,8 +4,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from axistwin.errors import UsageError
-from axistwin.sessions.recorded_port import RecordedBus, RecordedPort
+from axistwin.core.errors import UsageError
+from axistwin.scenes.sessions.recorded_port import RecordedBus, RecordedPort
 from axistwin.sim.clock import Clock
 from axistwin.sim.frames import UartFormat
 from axistwin.sim.registers import CONTROL, DATA, NOBODY_DRIVES, Init, ReadData, RegisterPort, WriteRegister

@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from axistwin import Scene, Session
-from axistwin.errors import SceneError
+from axistwin.core.errors import SceneError
 
 from ..benches import bench_of
 from .driving import Traced, run_saved

@@ -7,10 +7,10 @@ import logging
 import pytest
 
 from axistwin import Session
-from axistwin.errors import ProgramError, UsageError
+from axistwin.core.errors import ProgramError, UsageError
+from axistwin.core.units import MS, to_ns
 from axistwin.sim.frames import UartFormat
 from axistwin.sim.serial_port import Flow
-from axistwin.units import MS, to_ns
 
 from ..benches import bench_of
 from .driving import drive, until

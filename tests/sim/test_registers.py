@@ -2,7 +2,7 @@
 
 import pytest
 
-from axistwin.errors import UsageError
+from axistwin.core.errors import UsageError
 from axistwin.sim.clock import Clock
 from axistwin.sim.registers import DATA, NOBODY_DRIVES, RegisterPort
 

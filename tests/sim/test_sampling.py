@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from axistwin.errors import UsageError
+from axistwin.core.errors import UsageError
 from axistwin.sim.clock import Clock
 from axistwin.sim.frames import FASTEST_BAUD, Break, UartFormat
 from axistwin.sim.levels import Levels, Space

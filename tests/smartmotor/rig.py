@@ -3,7 +3,8 @@
 from array import array
 from math import pi
 
-from axistwin.controllers.smartmotor.kernel import jit, machine, servo, servo_law, state
+from axistwin.controllers.smartmotor.kernel import jit, servo, servo_law, state
+from axistwin.controllers.smartmotor.kernel import physics as machine
 from axistwin.controllers.smartmotor.kernel.interpreter import FETCH, HELD, STACK, TRAP, statement
 from axistwin.controllers.smartmotor.kernel.kernel import advance
 from axistwin.controllers.smartmotor.kernel.trajectory import next_velocity

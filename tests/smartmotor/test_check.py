@@ -8,13 +8,13 @@ from hypothesis import strategies as st
 
 from axistwin import Bench
 from axistwin.bench import product
+from axistwin.bench.programs import stored_programs
 from axistwin.controllers.diagnostics import Sent, Session
 from axistwin.controllers.smartmotor.checker.program import check
 from axistwin.controllers.smartmotor.commands import COMMANDS
 from axistwin.controllers.smartmotor.language import class5
-from axistwin.diagnostics import fix
-from axistwin.diagnostics.checking import diagnose_text
-from axistwin.programs import stored_programs
+from axistwin.scenes.diagnostics import fix
+from axistwin.scenes.diagnostics.checking import diagnose_text
 
 from .test_program import FAULT_HANDLING
 

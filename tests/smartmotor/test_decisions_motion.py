@@ -1,6 +1,7 @@
 """Decisions of docs/fidelity.md on modes, trajectories, limits and brakes, not covered by a chapter's tests."""
 
-from axistwin.controllers.smartmotor.kernel import machine, state
+from axistwin.controllers.smartmotor.kernel import physics as machine
+from axistwin.controllers.smartmotor.kernel import state
 from axistwin.plant.servo import FRAME17
 
 from .rig import Rig

@@ -9,8 +9,8 @@ from types import FunctionType
 import pytest
 
 from axistwin.controllers.smartmotor.kernel import jit, servo
-from axistwin.errors import MissingExtraError, UsageError
-from axistwin.storage import user_cache
+from axistwin.core.errors import MissingExtraError, UsageError
+from axistwin.core.storage import user_cache
 
 needs_numba = pytest.mark.skipif(not jit.available(), reason="Numba is not installed")
 

@@ -6,8 +6,9 @@ from math import exp, inf
 
 import pytest
 
-from axistwin.controllers.smartmotor.kernel import machine, servo, state
-from axistwin.errors import UsageError
+from axistwin.controllers.smartmotor.kernel import physics as machine
+from axistwin.controllers.smartmotor.kernel import servo, state
+from axistwin.core.errors import UsageError
 from axistwin.plant.servo import FRAME17, FRAME23, FRAME34, SERVO_MOTORS, ServoLoad
 
 from .rig import Rig

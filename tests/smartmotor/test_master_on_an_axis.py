@@ -5,7 +5,7 @@ from fractions import Fraction
 import pytest
 
 from axistwin import Bench
-from axistwin.errors import UsageError
+from axistwin.core.errors import UsageError
 
 SAMPLE_NS = 245_760
 RATIOS = (Fraction(1), Fraction(5), Fraction(-7, 3))

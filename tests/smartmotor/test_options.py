@@ -3,7 +3,7 @@
 import pytest
 
 from axistwin import Bench
-from axistwin.errors import UsageError
+from axistwin.core.errors import UsageError
 
 RANGES = [
     ("statements_per_sample", 1, 100, 1), ("boot_window_s", 0.0, 10.0, 0.001), ("debounce_samples", 1, 100, 1),

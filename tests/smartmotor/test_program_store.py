@@ -7,8 +7,8 @@ import pytest
 from axistwin import Bench
 from axistwin.controllers.smartmotor.language import program
 from axistwin.controllers.smartmotor.language.language import Statement, read
-from axistwin.errors import UsageError
-from axistwin.units import S
+from axistwin.core.errors import UsageError
+from axistwin.core.units import S
 
 from .scripts import play, scripts
 from .talking import END, ask, bare, clear, load, ready, send, upload

@@ -5,9 +5,10 @@ from math import exp, log
 
 import pytest
 
-from axistwin.controllers.smartmotor.kernel import jit, machine, servo, servo_law, state
+from axistwin.controllers.smartmotor.kernel import jit, servo, servo_law, state
+from axistwin.controllers.smartmotor.kernel import physics as machine
 from axistwin.controllers.smartmotor.kernel.kernel import ALL_DONE
-from axistwin.errors import UsageError
+from axistwin.core.errors import UsageError
 from axistwin.plant.servo import FRAME17, FRAME23, SERVO_MOTORS, ServoLoad
 
 from .rig import Rig, Whole, tune

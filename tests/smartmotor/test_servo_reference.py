@@ -5,7 +5,8 @@ from random import Random
 
 import pytest
 
-from axistwin.controllers.smartmotor.kernel import machine, state
+from axistwin.controllers.smartmotor.kernel import physics as machine
+from axistwin.controllers.smartmotor.kernel import state
 from axistwin.plant.servo import SERVO_MOTORS, ServoLoad
 
 from .reference.machine import ON, OPEN, SHORTED, ReferenceMachine, ReferenceServo

@@ -4,11 +4,11 @@ from collections import defaultdict
 from math import floor
 
 from axistwin import Bench
-from axistwin.standin.driver import Driver
-from axistwin.standin.hal.board import HalBoard
-from axistwin.standin.hal.component import PERIOD_S, Motion
-from axistwin.standin.hal.wiring import HalWiring
-from axistwin.standin.wiring import DrivenAxis, Sensed, Switched
+from axistwin.real.standin.driver import Driver
+from axistwin.real.standin.hal.board import HalBoard
+from axistwin.real.standin.hal.component import PERIOD_S, Motion
+from axistwin.real.standin.hal.wiring import HalWiring
+from axistwin.real.standin.wiring import DrivenAxis, Sensed, Switched
 
 AXES = tuple(DrivenAxis(f"table.{name}") for name in "XYZ")
 INPUTS = (Sensed("table.limit_plus", stops=+1), Sensed("table.estop", stops=0), Sensed("table.input1"))

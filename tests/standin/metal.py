@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from axistwin.standin.board import State
-from axistwin.standin.klipper import KlipperBoard
-from axistwin.standin.wiring import AxisPins, BoardPin, InputPin, OutputPin, Wiring
+from axistwin.real.standin.board import State
+from axistwin.real.standin.klipper import KlipperBoard
+from axistwin.real.standin.wiring import AxisPins, BoardPin, InputPin, OutputPin, Wiring
 
 from .small_board import SmallBoard
 

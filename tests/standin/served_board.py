@@ -1,7 +1,7 @@
 """A simulated board that makes the pulses of a bench, at each speed of its virtual time."""
 
-from axistwin.standin.driver import Driver
-from axistwin.units import MS
+from axistwin.core.units import MS
+from axistwin.real.standin.driver import Driver
 
 from .metal import Metal
 

@@ -8,8 +8,8 @@ import json
 import zlib
 from itertools import count
 
-from axistwin.standin import frames
-from axistwin.standin.dictionary import Dictionary
+from axistwin.real.standin import frames
+from axistwin.real.standin.dictionary import Dictionary
 
 COMMANDS = [
     "get_config", "allocate_oids count=%c", "finalize_config crc=%u", "get_clock", "get_uptime", "emergency_stop",

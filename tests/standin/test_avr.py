@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from axistwin.standin.events import Failed, Stopped
-from axistwin.standin.wiring import AxisPins, BoardPin, InputPin
+from axistwin.real.standin.events import Failed, Stopped
+from axistwin.real.standin.wiring import AxisPins, BoardPin, InputPin
 
 from .avr_board import AvrBoard
 from .metal import Metal

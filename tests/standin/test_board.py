@@ -6,11 +6,11 @@ import re
 import numpy as np
 import pytest
 
-from axistwin.errors import UsageError
-from axistwin.standin.board import State
-from axistwin.standin.dictionary import Dictionary
-from axistwin.standin.events import Failed, InputChanged, Ready, Stopped
-from axistwin.standin.wiring import AxisPins, BoardPin, InputPin, Wiring
+from axistwin.core.errors import UsageError
+from axistwin.real.standin.board import State
+from axistwin.real.standin.dictionary import Dictionary
+from axistwin.real.standin.events import Failed, InputChanged, Ready, Stopped
+from axistwin.real.standin.wiring import AxisPins, BoardPin, InputPin, Wiring
 
 from .metal import INPUT, LIMIT, TICK_S, Metal, X, Y
 from .small_board import DESCRIBED, SmallBoard

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from axistwin import Bench
-from axistwin.standin.driver import Driver
-from axistwin.standin.events import Failed, Ready, Stopped
-from axistwin.standin.wiring import AxisPins, BoardPin, InputPin, OutputPin, Wiring
+from axistwin.real.standin.driver import Driver
+from axistwin.real.standin.events import Failed, Ready, Stopped
+from axistwin.real.standin.wiring import AxisPins, BoardPin, InputPin, OutputPin, Wiring
 
 from .metal import BLOCK, INPUT, LIMIT, OUTPUT, TICK_S, Metal, X, Y
 from .small_board import SmallBoard

@@ -13,12 +13,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from axistwin.standin.events import Failed, InputChanged, Ready, Stopped
-from axistwin.standin.hal.board import HalBoard
-from axistwin.standin.hal.sender import PYTHON, HalSender
-from axistwin.standin.hal.track import SLOW_S, Track
-from axistwin.standin.hal.wiring import HalWiring
-from axistwin.standin.wiring import DrivenAxis, Sensed, Switched
+from axistwin.real.standin.events import Failed, InputChanged, Ready, Stopped
+from axistwin.real.standin.hal.board import HalBoard
+from axistwin.real.standin.hal.sender import PYTHON, HalSender
+from axistwin.real.standin.hal.track import SLOW_S, Track
+from axistwin.real.standin.hal.wiring import HalWiring
+from axistwin.real.standin.wiring import DrivenAxis, Sensed, Switched
 
 from .hal_twin import HalTwin
 
@@ -284,7 +284,7 @@ def test_the_component_imports_no_module_of_the_working_directory(tmp_path, monk
     """`import hal` in the folder of a scene is not LinuxCNC's module."""
     (tmp_path / "hal.py").write_text(f"import pathlib\npathlib.Path({str(tmp_path / 'was-here')!r}).touch()")
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr("axistwin.standin.hal.sender.PYTHON", sys.executable)
+    monkeypatch.setattr("axistwin.real.standin.hal.sender.PYTHON", sys.executable)
     monkeypatch.setattr(os, "geteuid", lambda: 1000)
     started = HalSender(HalBoard(HalWiring("hal", (), (), (), None)), lambda *_: None)._start_component()
     with started, started.stdout, started.stdin:

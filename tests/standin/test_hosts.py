@@ -6,7 +6,7 @@ from time import monotonic
 import pytest
 import serial
 
-from axistwin.standin.wiring import AxisPins, BoardPin
+from axistwin.real.standin.wiring import AxisPins, BoardPin
 
 from ..basic.hosting import perform
 from ..basic.listings import MANUAL

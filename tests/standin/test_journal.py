@@ -7,14 +7,14 @@ from queue import SimpleQueue
 
 import pytest
 
-from axistwin.errors import UsageError
-from axistwin.standin.board import State
-from axistwin.standin.events import Stopped
-from axistwin.standin.hal.board import HalBoard
-from axistwin.standin.hal.wiring import HalWiring
-from axistwin.standin.journal import Journal, last_positions
-from axistwin.standin.sender import Sender
-from axistwin.standin.wiring import DrivenAxis
+from axistwin.core.errors import UsageError
+from axistwin.real.standin.board import State
+from axistwin.real.standin.events import Stopped
+from axistwin.real.standin.hal.board import HalBoard
+from axistwin.real.standin.hal.wiring import HalWiring
+from axistwin.real.standin.journal import Journal, last_positions
+from axistwin.real.standin.sender import Sender
+from axistwin.real.standin.wiring import DrivenAxis
 
 from .metal import Metal
 
@@ -112,7 +112,7 @@ def test_a_journal_that_cannot_be_written_refuses_the_start_and_stays_as_it_is(t
     def full(_):
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr("axistwin.standin.journal.os.fsync", full)
+    monkeypatch.setattr("axistwin.real.standin.journal.os.fsync", full)
     for at in (path, tmp_path / "new.journal"):
         with pytest.raises(UsageError, match=r"journal .* cannot be written: no space left on device"):
             Journal(at, "table.X")
@@ -164,7 +164,7 @@ class Port:
 def test_a_stop_reaches_the_board_while_the_disk_hangs(journal, monkeypatch):
     metal = Metal(journal=journal.note).start()
     sender = Sender(metal.board, Port(metal), lambda sender, event: metal.events.append(event))
-    monkeypatch.setattr("axistwin.standin.sender.monotonic", lambda: metal.now)
+    monkeypatch.setattr("axistwin.real.standin.sender.monotonic", lambda: metal.now)
     read = hung(journal)
     journal.note("a line that waits for the disk")
     metal.move("table.X", +1, metal.even(400, 1000), seconds=0.2)

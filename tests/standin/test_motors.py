@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from axistwin import Bench
-from axistwin.standin.motors import motor
+from axistwin.real.standin.motors import motor
 
 
 @pytest.fixture

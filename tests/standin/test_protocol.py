@@ -8,11 +8,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from axistwin.errors import LinkError
-from axistwin.standin import frames
-from axistwin.standin.channel import Channel
-from axistwin.standin.clock_fit import ClockFit
-from axistwin.standin.dictionary import Dictionary
+from axistwin.core.errors import LinkError
+from axistwin.real.standin import frames
+from axistwin.real.standin.channel import Channel
+from axistwin.real.standin.clock_fit import ClockFit
+from axistwin.real.standin.dictionary import Dictionary
 
 from .small_board import DESCRIBED
 

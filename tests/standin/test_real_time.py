@@ -6,7 +6,7 @@ import threading
 
 import pytest
 
-from axistwin.standin.real_time import PRIORITY, real_time_priority
+from axistwin.real.standin.real_time import PRIORITY, real_time_priority
 
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="SCHED_RR is Linux's")
 

@@ -16,10 +16,10 @@ import pytest
 
 from axistwin.cli.program import main
 from axistwin.cli.serving import stand_in
+from axistwin.real.standin import reading
+from axistwin.real.standin.events import Failed
+from axistwin.real.standin.journal import Journal, last_positions
 from axistwin.scenes.scene import Scene
-from axistwin.standin import reading
-from axistwin.standin.events import Failed
-from axistwin.standin.journal import Journal, last_positions
 
 SCENE = """
 [[controller]]

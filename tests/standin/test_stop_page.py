@@ -15,8 +15,8 @@ from urllib.request import urlopen
 
 import pytest
 
-from axistwin.errors import LinkError, UsageError
-from axistwin.standin.stop_page import StopPage
+from axistwin.core.errors import LinkError, UsageError
+from axistwin.real.standin.stop_page import StopPage
 
 
 @pytest.fixture

@@ -5,8 +5,8 @@ from math import gcd
 
 import pytest
 
-from axistwin.standin.timetable import Timetable
-from axistwin.standin.wiring import BoardPin, InputPin, Wiring
+from axistwin.real.standin.timetable import Timetable
+from axistwin.real.standin.wiring import BoardPin, InputPin, Wiring
 
 from .metal import X
 

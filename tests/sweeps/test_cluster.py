@@ -4,7 +4,7 @@ import socket
 
 import pytest
 
-from axistwin.errors import UsageError
+from axistwin.core.errors import UsageError
 from axistwin.sweeps import Sweep, Tuning, cluster, digest, read
 
 from ..command import run

@@ -5,12 +5,12 @@ import sys
 import pytest
 
 from axistwin import Bench
-from axistwin.diagnostics.scenes import diagnose_scene
-from axistwin.errors import AxistwinError, UsageError
-from axistwin.playground.link import Shared, encode
-from axistwin.playground.machine import Playground
-from axistwin.sessions.session import Session
+from axistwin.core.errors import AxistwinError, UsageError
+from axistwin.scenes.diagnostics.scenes import diagnose_scene
+from axistwin.scenes.sessions.session import Session
 from axistwin.sweeps import Sweep
+from axistwin.ui.playground.link import Shared, encode
+from axistwin.ui.playground.playground import Playground
 
 from ..command import run
 from .scenes import stepper
@@ -66,7 +66,7 @@ def test_a_check_still_finds_a_host_that_is_no_name_of_a_function(study):
 def test_a_language_server_imports_no_host(study):
     diagnose_scene(study, STUDY)
     diagnose_scene(study, f'{STUDY}[[controller]]\nmodel = "if1"\n')
-    checks = pytest.importorskip("axistwin.editor.checks", reason="the extra [lsp] is not installed")
+    checks = pytest.importorskip("axistwin.ui.editor.checks", reason="the extra [lsp] is not installed")
     document = pytest.importorskip("pygls.workspace").TextDocument(study.as_uri(), STUDY)
     assert checks.diagnose(checks.Text(document)) == []
     assert not was_here(study)

@@ -8,7 +8,7 @@ import signal
 import pytest
 
 from axistwin import AxistwinError, Scene
-from axistwin.sessions.session import Session
+from axistwin.scenes.sessions.session import Session
 from axistwin.sweeps import Design, Runner, Sweep, ThisProcess, Workers, digest, read, workers
 
 from ..command import run

@@ -2,7 +2,7 @@
 
 import pytest
 
-from axistwin.errors import UsageError
+from axistwin.core.errors import UsageError
 from axistwin.sweeps import journal, read, study
 
 from .. import campaigns

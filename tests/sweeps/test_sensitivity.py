@@ -4,7 +4,7 @@ import json
 
 import pytest
 
-from axistwin.errors import UsageError
+from axistwin.core.errors import UsageError
 from axistwin.sweeps import sensitivity
 
 from ..command import run

@@ -8,8 +8,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from axistwin import AxistwinError, Scene
+from axistwin.core.units import S
 from axistwin.sweeps import CLAIMS, MEASURES, Recording, Series, Sweep, claim, measure
-from axistwin.units import S
 
 from .scenes import motor, stepper
 

@@ -3,10 +3,10 @@
 import pytest
 
 from axistwin.bench import action, host_of
-from axistwin.errors import UsageError
-from axistwin.programs import stored_programs
-from axistwin.teaching.lessons import course
-from axistwin.teaching.pupil import Pupil
+from axistwin.bench.programs import stored_programs
+from axistwin.core.errors import UsageError
+from axistwin.ui.teaching.lessons import course
+from axistwin.ui.teaching.pupil import Pupil
 
 from .test_tutor import Learner
 

@@ -13,9 +13,9 @@ from typing import NamedTuple
 import pytest
 
 from axistwin.bench import action
-from axistwin.teaching import compumotor, digiplan, guide, remedies, smartmotor
-from axistwin.teaching.lessons import course
-from axistwin.teaching.pupil import Pupil
+from axistwin.ui.teaching import compumotor, digiplan, guide, remedies, smartmotor
+from axistwin.ui.teaching.lessons import course
+from axistwin.ui.teaching.pupil import Pupil
 
 from .test_lessons import solve
 from .test_tutor import Learner

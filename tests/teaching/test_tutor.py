@@ -4,7 +4,7 @@ import pytest
 
 from axistwin import Bench
 from axistwin.bench import host_of
-from axistwin.teaching.tutor import Tutor
+from axistwin.ui.teaching.tutor import Tutor
 
 
 class Learner:

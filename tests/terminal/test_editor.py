@@ -10,8 +10,8 @@ from prompt_toolkit.input import create_pipe_input
 from prompt_toolkit.output import DummyOutput
 
 from axistwin import Bench
-from axistwin.teaching.tutor import Tutor
-from axistwin.terminal.editor import LineEditor, Words, history, meaning_of
+from axistwin.ui.teaching.tutor import Tutor
+from axistwin.ui.terminal.editor import LineEditor, Words, history, meaning_of
 
 
 def typed(keys: str) -> tuple[list[bytes | None], bool]:

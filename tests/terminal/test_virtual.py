@@ -6,9 +6,9 @@ import io
 import pytest
 
 from axistwin import Bench, Session
-from axistwin.terminal.commands import LocalCommands
-from axistwin.terminal.screen import Screen
-from axistwin.terminal.virtual import SerialEnd
+from axistwin.ui.terminal.commands import LocalCommands
+from axistwin.ui.terminal.screen import Screen
+from axistwin.ui.terminal.virtual import SerialEnd
 
 from ..sessions.driving import drive
 

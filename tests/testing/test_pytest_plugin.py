@@ -116,7 +116,8 @@ def test_an_unused_plug_in_imports_nothing_else(tmp_path):
 def test_it():
     import sys
     loaded = {name for name in sys.modules if name.partition(".")[0] in ("axistwin", "simpy", "pydantic", "click")}
-    own = {"axistwin", "axistwin.lazy", "axistwin.testing", "axistwin.testing.pytest_plugin", "axistwin.version"}
+    own = {"axistwin", "axistwin.testing", "axistwin.testing.pytest_plugin"}
+    own |= {"axistwin.core", "axistwin.core.lazy", "axistwin.core.version"}
     assert loaded - {"simpy"} == own
 """)
     environment = {name: value for name, value in os.environ.items() if not name.startswith("PYTEST")}

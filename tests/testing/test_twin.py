@@ -11,9 +11,9 @@ import serial
 
 import axistwin
 from axistwin import play
-from axistwin.conversations.conversation import load
-from axistwin.errors import LinkError, UsageError
-from axistwin.units import S
+from axistwin.bench.talk.conversation import load
+from axistwin.core.errors import LinkError, UsageError
+from axistwin.core.units import S
 
 from ..told import raises
 

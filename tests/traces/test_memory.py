@@ -3,9 +3,9 @@
 import pytest
 
 from axistwin import Bench, tracing
-from axistwin.traces import memory as module
-from axistwin.traces.memory import tracing_in_memory
-from axistwin.traces.reading import read
+from axistwin.records.traces import memory as module
+from axistwin.records.traces.memory import tracing_in_memory
+from axistwin.records.traces.reading import read
 
 
 def test_it_has_the_same_signals_and_changes_as_a_file(tmp_path):
@@ -29,7 +29,7 @@ def test_it_has_the_same_signals_and_changes_as_a_file(tmp_path):
 @pytest.fixture
 def few(monkeypatch):
     monkeypatch.setattr(module, "POINTS", 1 << 8)
-    monkeypatch.setattr("axistwin.traces.trace.CHUNK", 1 << 8)
+    monkeypatch.setattr("axistwin.records.traces.trace.CHUNK", 1 << 8)
     return 1 << 8
 
 

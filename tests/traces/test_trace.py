@@ -7,9 +7,9 @@ import pytest
 from vcd.reader import TokenKind, tokenize
 
 from axistwin import Bench
-from axistwin.errors import UsageError
-from axistwin.traces.files import VcdSink
-from axistwin.traces.trace import tracing
+from axistwin.core.errors import UsageError
+from axistwin.records.traces.files import VcdSink
+from axistwin.records.traces.trace import tracing
 
 from ..told import raises
 

@@ -13,14 +13,14 @@ from pathlib import Path
 import pytest
 
 from axistwin import Bench, Scene
-from axistwin.errors import TraceError, UsageError
-from axistwin.traces import files as trace_files
-from axistwin.traces import output
-from axistwin.traces import trace as tracer
-from axistwin.traces.reading import Trace, read
-from axistwin.traces.signals import catalogue, choose
-from axistwin.traces.trace import tracing
-from axistwin.units import S
+from axistwin.core.errors import TraceError, UsageError
+from axistwin.core.units import S
+from axistwin.records.traces import files as trace_files
+from axistwin.records.traces import output
+from axistwin.records.traces import trace as tracer
+from axistwin.records.traces.reading import Trace, read
+from axistwin.records.traces.signals import catalogue, choose
+from axistwin.records.traces.trace import tracing
 
 from ..told import raises
 
@@ -102,7 +102,7 @@ def test_the_provenance_contains_the_origin_of_a_bench(tmp_path):
 
 
 def test_numbers_of_axes_and_voltages_have_units(tmp_path, traces):
-    units = json.loads(pq.read_schema(traces["parquet"].path).metadata[b"axistwin.units"])
+    units = json.loads(pq.read_schema(traces["parquet"].path).metadata[b"axistwin.core.units"])
     head = [line for line in traces["csv"].path.read_text().splitlines() if line.startswith("# unit of ")]
     assert head == [f"# unit of {name}: {unit}" for name, unit in units.items()]
     assert units["if1.X.velocity"] == "pulses/s"
@@ -207,7 +207,7 @@ def test_parquet_has_plain_columns_in_compact_encodings(traces):
 
 @pytest.mark.parametrize(("rows", "patterns"), [(1, FEW), (7, FEW), (100, ("*",))])
 def test_parquet_in_many_groups(tmp_path, traces, monkeypatch, rows, patterns):
-    from axistwin.traces import parquet as trace_parquet
+    from axistwin.records.traces import parquet as trace_parquet
 
     monkeypatch.setattr(trace_parquet, "GROUP", rows)
     monkeypatch.setattr(tracer, "CHUNK", 50)
@@ -292,7 +292,7 @@ def test_a_motors_variables_change_at_their_samples(tmp_path):
 @pytest.mark.parametrize("kind", KINDS)
 @pytest.mark.parametrize("patterns", [("*",), ("motor.R*",), ("motor.shaft.*", "if1.*.pulses"), ("*says", "*volts")])
 def test_the_size_of_the_pieces_does_not_change_a_file(tmp_path, monkeypatch, kind, patterns):
-    monkeypatch.setattr("axistwin.traces.parquet.GROUP", 100)
+    monkeypatch.setattr("axistwin.records.traces.parquet.GROUP", 100)
     traced(tmp_path / f"a.{kind}", patterns)
     monkeypatch.setattr(tracer, "CHUNK", 3)
     traced(tmp_path / f"b.{kind}", patterns)
@@ -366,7 +366,7 @@ class Disk:
 @pytest.mark.parametrize("room", [20_000, 31_000])
 def test_a_full_disk_ends_only_the_trace(tmp_path, monkeypatch, kind, room, traces):
     monkeypatch.setattr(tracer, "CHUNK", 100)
-    monkeypatch.setattr("axistwin.traces.parquet.GROUP", 100)
+    monkeypatch.setattr("axistwin.records.traces.parquet.GROUP", 100)
     path, told = tmp_path / f"a.{kind}", []
     Disk(room, monkeypatch)
     bench = workshop()
@@ -396,7 +396,7 @@ import os, signal, sys
 from contextlib import ExitStack
 from pathlib import Path
 from axistwin import Bench
-from axistwin.traces.trace import tracing
+from axistwin.records.traces.trace import tracing
 bench = Bench()
 if1 = bench.add("if1")
 with ExitStack() as stack:

@@ -8,8 +8,8 @@ from pathlib import Path
 from typing import Any
 
 from axistwin.bench import product
+from axistwin.bench.talk.conversation import load
 from axistwin.controllers.commandset import Command
-from axistwin.conversations.conversation import load
 from fidelity.documents import table_lines
 from fidelity.evidence import Evidence, classify
 

@@ -15,7 +15,7 @@ ARITHMETIC = {
     ast.Mod: ast.FloorDiv, ast.LShift: ast.RShift, ast.RShift: ast.LShift, ast.BitAnd: ast.BitOr, ast.BitXor: ast.BitOr,
 }  # fmt: skip
 TIMES = {"US": "MS", "MS": "S", "S": "MS"}
-"""Units of time, which are attributes of `axistwin.units` or imported from there."""
+"""Units of time, which are attributes of `axistwin.core.units` or imported from there."""
 STATES = {
     "I": "V", "V": "I", "Q": "I", "S": "Q", "C": "I", "W": "V", "D": "I", "ANY": "I", "ASK": "I",
     "PART": "DIRECT", "SETUP": "DIRECT", "DIRECT": "STEP", "STEP": "DIRECT", "MOVE": "DIRECT", "ALONE": "DIRECT",

@@ -3,7 +3,7 @@
 from typing import TYPE_CHECKING
 
 from axistwin.bench.line_format import line_format
-from axistwin.lazy import lazy
+from axistwin.core.lazy import lazy
 
 if TYPE_CHECKING:
     from axistwin.bench.actions import action

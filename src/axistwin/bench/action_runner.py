@@ -11,7 +11,7 @@ from functools import partial
 from axistwin.bench.actions import BUS_ACTS, act_at
 from axistwin.bench.acts import Do, Say
 from axistwin.bench.bench import Bench
-from axistwin.errors import UsageError
+from axistwin.core.errors import UsageError
 from axistwin.sim.manual_actions import by_itself
 
 LOAD = "load"

@@ -13,8 +13,9 @@ from functools import partial
 from axistwin.bench.bench import Bench
 from axistwin.bench.controller import Controller, on_a_bus
 from axistwin.bench.line_format import line_format
-from axistwin.errors import ProgramError, UsageError
-from axistwin.numbers import MOST_CHARACTERS, decimal, real, shortened
+from axistwin.core.errors import ProgramError, UsageError
+from axistwin.core.numbers import MOST_CHARACTERS, decimal, real, shortened
+from axistwin.core.units import to_ns
 from axistwin.plant.axes import Axis
 from axistwin.plant.joystick import FASTEST
 from axistwin.plant.servo_axis import ServoAxis
@@ -24,7 +25,6 @@ from axistwin.sim.manual_actions import MOST_COUNTS
 from axistwin.sim.pins import LEAST_VOLTS, MOST_VOLTS, PULLED_UP_VOLTS, Pin, UserPin
 from axistwin.sim.registers import RegisterPort
 from axistwin.sim.serial_port import Flow, SerialPort
-from axistwin.units import to_ns
 
 LEVELS = {"high": True, "on": True, "low": False, "off": False}
 FAULT_ACTS = ("fault", "mend")
@@ -81,7 +81,7 @@ def fault_action(bench: Bench | None, here: str, target: str, value: str) -> Cal
     assert bench is not None, "the controller is on a bench"
     if target == "mend":
         return partial(bench.faults.mend, value.strip("\"'"))
-    from axistwin.fault_injection import sentences
+    from axistwin.bench.faults import sentences
 
     with _placing_errors():
         return sentences.read(value, bench.faults, here)

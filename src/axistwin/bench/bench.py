@@ -8,18 +8,18 @@ from axistwin.bench.controller import Controller
 from axistwin.bench.fitting import fit_plug, fit_switches
 from axistwin.bench.models import axis_options, check_options, model_options, product
 from axistwin.controllers.product import BusHost
-from axistwin.errors import UsageError
-from axistwin.motion.train import HISTORY
+from axistwin.core.errors import UsageError
+from axistwin.core.storage import FileStore, MemoryStore
+from axistwin.core.units import to_ns, to_seconds
 from axistwin.sim.clock import Clock, Process
 from axistwin.sim.frames import UartFormat
+from axistwin.sim.motion.train import HISTORY
 from axistwin.sim.serial import Uart
 from axistwin.sim.serial_port import SerialPort
 from axistwin.sim.wirings import Wiring, daisy_chain, shared_pair
-from axistwin.storage import FileStore, MemoryStore
-from axistwin.units import to_ns, to_seconds
 
 if TYPE_CHECKING:
-    from axistwin.fault_injection.injector import Faults
+    from axistwin.bench.faults.injector import Faults
 
 
 MOST_HISTORY = 1_000_000_000
@@ -52,7 +52,7 @@ class Bench:
     def faults(self) -> "Faults":
         """The fault injector of the bench, e.g. `bench.faults.add("lose", "if1.serial", count=3, at=1.5)`."""
         if self._faults is None:
-            from axistwin.fault_injection.injector import Faults
+            from axistwin.bench.faults.injector import Faults
 
             self._faults = Faults(self)
         return self._faults
@@ -96,7 +96,7 @@ class Bench:
         The sentences are those of faults' triggers.  `here`: the controller whose parts may be named without its
         name.  Return an unsubscribe function.  Raises UsageError for an invalid sentence.
         """
-        from axistwin.fault_injection import triggers
+        from axistwin.bench.faults import triggers
 
         return triggers.read(sentence, self, here)(happens)
 

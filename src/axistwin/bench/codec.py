@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from axistwin.bench import rules
 from axistwin.bench.typography import refuse
 from axistwin.controllers.product import Language, Product
-from axistwin.errors import ProgramError
+from axistwin.core.errors import ProgramError
 
 _SHOWN = [chr(byte) if 0x20 <= byte < 0x7F else f"\\x{byte:02X}" for byte in range(256)]
 _SHOWN[ord("\r")], _SHOWN[ord("\n")], _SHOWN[ord("\\")] = r"\r", r"\n", r"\\"

@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 from axistwin.bench.fitting import Plug, fit_second_port
 from axistwin.controllers.product import Awaited, Device, Follower, Listing, Product, Register
-from axistwin.errors import UsageError
+from axistwin.core.errors import UsageError
+from axistwin.core.storage import FileStore, MemoryStore
 from axistwin.plant.axes import Axis
 from axistwin.plant.joystick import Joystick
 from axistwin.plant.master import Master
@@ -19,7 +20,6 @@ from axistwin.sim.progress import Line, LineWatcher
 from axistwin.sim.registers import RegisterPort
 from axistwin.sim.serial import Uart
 from axistwin.sim.serial_port import SerialPort
-from axistwin.storage import FileStore, MemoryStore
 
 if TYPE_CHECKING:
     from axistwin.bench.bench import Bench

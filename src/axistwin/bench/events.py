@@ -14,8 +14,8 @@ from axistwin.bench import endpoints
 from axistwin.bench.actions import action_value, lead_value, line_action
 from axistwin.bench.bench import Bench
 from axistwin.bench.controller import Controller, on_a_bus
-from axistwin.fault_injection.injector import Fault
-from axistwin.fault_injection.sentences import write as written
+from axistwin.bench.faults.injector import Fault
+from axistwin.bench.faults.sentences import write as written
 from axistwin.plant.servo_axis import ServoAxis
 from axistwin.sim.frames import LineError
 from axistwin.sim.manual_actions import ManualAct

@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 from axistwin.bench.line_format import line_format
 from axistwin.controllers.product import Abilities, Device, Product
-from axistwin.errors import UsageError
+from axistwin.core.errors import UsageError
 from axistwin.plant.axes import Axis
 from axistwin.plant.stepper import StepperAxis
 from axistwin.plant.switches import PositionSwitch, in_series

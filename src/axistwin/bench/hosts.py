@@ -11,8 +11,8 @@ from axistwin.bench import endpoints
 from axistwin.bench.bench import Bench
 from axistwin.bench.controller import Controller
 from axistwin.controllers.product import BusHost
+from axistwin.core.units import MS
 from axistwin.sim.serial_port import SerialPort
-from axistwin.units import MS
 
 
 @dataclass(frozen=True)

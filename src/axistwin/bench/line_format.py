@@ -4,8 +4,8 @@ import re
 from dataclasses import replace
 from typing import Any
 
-from axistwin.errors import UsageError
-from axistwin.numbers import shortened, whole
+from axistwin.core.errors import UsageError
+from axistwin.core.numbers import shortened, whole
 from axistwin.sim.frames import UartFormat
 
 LINE = re.compile(

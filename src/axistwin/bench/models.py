@@ -6,8 +6,8 @@ from importlib import import_module
 from typing import Any
 
 from axistwin.controllers.product import Product
-from axistwin.errors import UsageError, most_similar
-from axistwin.numbers import NumberError, check_values
+from axistwin.core.errors import UsageError, most_similar
+from axistwin.core.numbers import NumberError, check_values
 
 FAMILIES = {
     "if1": "digiplan", "if2": "digiplan", "1810": "compumotor", "1811": "compumotor", "smartmotor": "smartmotor",

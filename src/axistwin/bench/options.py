@@ -3,8 +3,8 @@
 from collections.abc import Iterable
 from typing import Any
 
-from axistwin.errors import UsageError
-from axistwin.numbers import check_values, shortened
+from axistwin.core.errors import UsageError
+from axistwin.core.numbers import check_values, shortened
 
 ADVICE = {
     "model": "name the MODEL",

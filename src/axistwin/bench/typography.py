@@ -3,7 +3,7 @@
 import re
 
 from axistwin.bench import rules
-from axistwin.errors import ProgramError
+from axistwin.core.errors import ProgramError
 
 KINDS = {
     "typographic quotation mark": {**dict.fromkeys("“”„‟«»″", '"'), **dict.fromkeys("‘’‚‛′", "'")},

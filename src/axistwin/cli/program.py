@@ -15,8 +15,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import click
 
 from axistwin.cli.common.names import unknown
-from axistwin.errors import AxistwinError, LinkError, PlacedError, UsageError, one_line
-from axistwin.version import VERSION
+from axistwin.core.errors import AxistwinError, LinkError, PlacedError, UsageError, one_line
+from axistwin.core.version import VERSION
 
 if TYPE_CHECKING:
     from click.shell_completion import CompletionItem

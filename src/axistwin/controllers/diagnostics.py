@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 from enum import StrEnum
 from typing import NamedTuple
 
-from axistwin.errors import one_line
+from axistwin.core.errors import one_line
 
 
 class Severity(StrEnum):

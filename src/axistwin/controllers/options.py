@@ -4,7 +4,7 @@ from collections.abc import Hashable, Mapping
 from functools import cache
 from typing import Any, Literal, cast, get_args, get_origin, get_type_hints
 
-from axistwin.errors import UsageError
+from axistwin.core.errors import UsageError
 
 
 def check(options: object, ranges: Mapping[str, tuple[float, float]]) -> None:

@@ -5,7 +5,7 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 
 from axistwin.controllers.commandset import CommandSet
-from axistwin.errors import with_article
+from axistwin.core.errors import with_article
 from axistwin.plant.axes import MakeAxis, stepper_axis
 from axistwin.sim.clock import Clock, Process
 from axistwin.sim.frames import UartFormat

@@ -7,6 +7,7 @@ from concurrent.futures import ThreadPoolExecutor
 from contextlib import suppress
 from typing import Any, Protocol, Self
 
+from axistwin.core.errors import cannot_open
 from axistwin.drivers.arguments import number, positive
 from axistwin.drivers.axis import Status
 from axistwin.drivers.blocking import POLL_S, SerialPort, arrived, nothing, still_moving
@@ -14,7 +15,6 @@ from axistwin.drivers.core import AxisCore, Core, ScaledAxis
 from axistwin.drivers.errors import PortError
 from axistwin.drivers.models import make
 from axistwin.drivers.steps import Clock, Pause, Procedure, Read, T, Write
-from axistwin.errors import cannot_open
 
 
 async def connect_async(url: str, model: str, *, baud: int | None = None, **options: Any) -> "AsyncController":

@@ -5,13 +5,13 @@ import time
 from collections.abc import Callable, Generator
 from typing import TYPE_CHECKING, Any, Self
 
+from axistwin.core.errors import cannot_open
 from axistwin.drivers.arguments import number, positive
 from axistwin.drivers.axis import Status
 from axistwin.drivers.core import AxisCore, Core, ScaledAxis
 from axistwin.drivers.errors import PortError, SilentError, StoppedError
 from axistwin.drivers.models import make
 from axistwin.drivers.steps import Clock, Pause, Procedure, Read, T, Write
-from axistwin.errors import cannot_open
 
 if TYPE_CHECKING:
     import serial

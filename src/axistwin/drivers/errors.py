@@ -2,7 +2,7 @@
 
 from typing import TYPE_CHECKING
 
-from axistwin.errors import LinkError
+from axistwin.core.errors import LinkError
 
 if TYPE_CHECKING:
     from axistwin.drivers.axis import Status

@@ -18,7 +18,7 @@ not queued; afterwards the client receives the last level.  See `docs/bus.md`.
 from collections.abc import Callable
 from typing import Protocol
 
-from axistwin.errors import AxistwinError, UsageError
+from axistwin.core.errors import AxistwinError, UsageError
 from axistwin.links.pacing import Pacer
 from axistwin.links.single_client import Gate, SingleClient
 from axistwin.links.tcp import Connection

@@ -10,8 +10,8 @@ from logging import getLogger
 from threading import Thread
 from typing import Any, Protocol
 
-from axistwin.errors import LinkError, cannot_open, reason
-from axistwin.lazy import serial
+from axistwin.core.errors import LinkError, cannot_open, reason
+from axistwin.core.lazy import serial
 from axistwin.links.plug import CHUNK, HostEnd
 from axistwin.links.writer import STALLED, Writer
 from axistwin.sim.frames import UartFormat

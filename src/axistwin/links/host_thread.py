@@ -15,7 +15,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any, SupportsIndex
 
-from axistwin.units import to_ns
+from axistwin.core.units import to_ns
 
 POLLS, POLL_S = 3, 0.0003  # Number of polls in which a blocked thread must be sleeping, and seconds between two polls.
 REACTION_S = 0.02

@@ -5,7 +5,7 @@ import threading
 from collections.abc import Callable, Coroutine
 from typing import Any, TypeVar
 
-from axistwin.errors import UsageError
+from axistwin.core.errors import UsageError
 
 T = TypeVar("T")
 

@@ -12,12 +12,12 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import Any, NoReturn
 
-from axistwin.errors import LinkError, UsageError
+from axistwin.core.errors import LinkError, UsageError
+from axistwin.core.units import to_ns, to_seconds
 from axistwin.links.host_thread import POLLS, HostThread, pause
 from axistwin.links.loop_thread import LoopThread
 from axistwin.links.manual_pacer import ManualPacer
 from axistwin.links.pacing import Pacer
-from axistwin.units import to_ns, to_seconds
 
 IDLE_S = 10.0  # Seconds of real time after which a silent host without pending data counts as blocked for ever.
 POLL_S = 0.01

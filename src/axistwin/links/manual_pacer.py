@@ -8,8 +8,8 @@ import asyncio
 from collections.abc import Callable
 
 from axistwin.bench import Bench
+from axistwin.core.units import MS, to_seconds
 from axistwin.links.pacing import Pacer
-from axistwin.units import MS, to_seconds
 
 SAME_ANSWER_NS = 3 * MS  # Longest pause within an answer of a controller (about 3 characters at 9600 baud).
 IDLE_TURNS = 10

@@ -13,11 +13,11 @@ from collections.abc import Callable
 from time import perf_counter
 from typing import Protocol, TypeVar
 
-from axistwin.errors import AxistwinError, UsageError
-from axistwin.numbers import NumberError, real, shortened
+from axistwin.core.errors import AxistwinError, UsageError
+from axistwin.core.numbers import NumberError, real, shortened
+from axistwin.core.units import MOST_NS, S
 from axistwin.sim.clock import Clock
 from axistwin.sim.signal import Signal
-from axistwin.units import MOST_NS, S
 
 T = TypeVar("T")
 

@@ -7,6 +7,7 @@ are transmitted until the next client connects.
 from collections.abc import Callable
 from typing import Protocol
 
+from axistwin.core.units import to_seconds
 from axistwin.links.pacing import BLOCK_S, Pacer
 from axistwin.links.single_client import Client, Gate, SingleClient
 from axistwin.sim.frames import SOUND, LineError, UartFormat
@@ -14,7 +15,6 @@ from axistwin.sim.pins import Pin
 from axistwin.sim.serial import Line
 from axistwin.sim.serial_port import X_OFF, X_ON, Flow
 from axistwin.sim.signal import Signal
-from axistwin.units import to_seconds
 
 FULL = 512  # Limit of queued characters: above this number nothing is read from the client until half of them are sent.
 CHUNK = 512  # Largest number of characters read from a client at once.

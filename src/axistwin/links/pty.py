@@ -21,7 +21,7 @@ import termios
 import tty
 from pathlib import Path
 
-from axistwin.errors import LinkError, reason
+from axistwin.core.errors import LinkError, reason
 from axistwin.links.plug import Plug
 from axistwin.links.urls import PortUrl
 from axistwin.links.writer import Writer

@@ -24,8 +24,8 @@ from threading import Thread
 
 from axistwin.bench import Bench
 from axistwin.bench.bench import SharedLine
-from axistwin.errors import LinkError, reason
-from axistwin.lazy import serial
+from axistwin.core.errors import LinkError, reason
+from axistwin.core.lazy import serial
 from axistwin.links.devices import DEVICE_ERRORS, Lines, control_lines, opening, set_lines, settings_of
 from axistwin.links.pacing import Pacer
 from axistwin.links.plug import CHUNK

@@ -15,8 +15,8 @@ from collections.abc import Callable
 from dataclasses import replace
 from logging import getLogger
 
-from axistwin.errors import LinkError
-from axistwin.lazy import serial
+from axistwin.core.errors import LinkError
+from axistwin.core.lazy import serial
 from axistwin.links.devices import DEVICE_ERRORS, Lines, control_lines, opening, set_lines, settings_of, stream
 from axistwin.links.plug import Plug
 from axistwin.links.urls import PortUrl

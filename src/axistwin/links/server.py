@@ -6,7 +6,7 @@ from functools import partial
 from typing import TYPE_CHECKING, Any, Protocol
 
 from axistwin.bench import FAMILIES, Bench, endpoints
-from axistwin.errors import LinkError, UsageError
+from axistwin.core.errors import LinkError, UsageError
 from axistwin.links.pacing import Pacer
 from axistwin.links.plug import HostPort, Plug
 from axistwin.links.single_client import Gate, SingleClient

@@ -16,7 +16,7 @@ from dataclasses import replace
 from logging import getLogger
 from typing import Any, Protocol, cast
 
-from axistwin.errors import LinkError, reason
+from axistwin.core.errors import LinkError, reason
 from axistwin.links.plug import CHUNK
 from axistwin.links.urls import PortUrl
 from axistwin.sim.frames import LineError

@@ -10,8 +10,8 @@ serial:///dev/ttyUSB0?baud=9600    a real serial device, on which axistwin is th
 
 from dataclasses import dataclass
 
-from axistwin.errors import UsageError
-from axistwin.numbers import NumberError, whole
+from axistwin.core.errors import UsageError
+from axistwin.core.numbers import NumberError, whole
 
 LOOPBACK = "127.0.0.1"
 EXAMPLES = {

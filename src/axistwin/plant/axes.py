@@ -5,7 +5,7 @@ from dataclasses import fields
 from numbers import Integral, Real
 from typing import Any, TypeVar
 
-from axistwin.errors import UsageError
+from axistwin.core.errors import UsageError
 from axistwin.plant.encoder import EncoderData
 from axistwin.plant.machine_units import MOST_POSITION, MachineUnits, position
 from axistwin.plant.servo_axis import ServoAxis, data_sheets

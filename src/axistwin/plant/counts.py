@@ -6,9 +6,9 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from axistwin.errors import UsageError
-from axistwin.lazy import NDArray, np
-from axistwin.units import to_seconds
+from axistwin.core.errors import UsageError
+from axistwin.core.lazy import NDArray, np
+from axistwin.core.units import to_seconds
 
 SAMPLES = 10  # Number of stored samples with motion for each move in the option `history`.
 

@@ -8,11 +8,11 @@ and at least `settle_ns` before AT ZERO ends.
 from collections.abc import Mapping
 from typing import NamedTuple
 
-from axistwin.errors import UsageError
+from axistwin.core.errors import UsageError
+from axistwin.core.units import MS, S
 from axistwin.sim.clock import Clock, Procedure
 from axistwin.sim.manual_actions import ManualAct, ManualActions
 from axistwin.sim.pins import Pin
-from axistwin.units import MS, S
 
 FASTEST = 2_000_000  # Maximum rate of the joystick, in pulses per second.
 

@@ -11,8 +11,8 @@ from fractions import Fraction
 from math import ceil, log10
 from typing import Any, Self
 
-from axistwin.errors import UsageError
-from axistwin.numbers import NumberError, decimal, shortened, whole
+from axistwin.core.errors import UsageError
+from axistwin.core.numbers import NumberError, decimal, shortened, whole
 
 EXAMPLE = '{ per = 80, of = "mm" }'
 _PER = re.compile(r"([0-9.]+(?:e[-+]?[0-9]+)?)(?:/([0-9.]+))?")

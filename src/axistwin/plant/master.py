@@ -5,12 +5,12 @@ from fractions import Fraction
 from math import floor
 from typing import NamedTuple, Protocol
 
-from axistwin.errors import UsageError
-from axistwin.numbers import shortened
+from axistwin.core.errors import UsageError
+from axistwin.core.numbers import shortened
+from axistwin.core.units import to_ns
 from axistwin.sim.clock import Clock
 from axistwin.sim.manual_actions import ManualAct, ManualActions, check_counts
 from axistwin.sim.signal import Signal
-from axistwin.units import to_ns
 
 MOST_RATIO = 1_000_000  # Maximum number of counts per unit of the axis on which the encoder is mounted.
 

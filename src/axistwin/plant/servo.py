@@ -8,8 +8,8 @@ from dataclasses import asdict, dataclass, fields, replace
 from math import isfinite, pi
 from typing import Any
 
-from axistwin.errors import UsageError
-from axistwin.numbers import check_values
+from axistwin.core.errors import UsageError
+from axistwin.core.numbers import check_values
 
 MOST = 1e6  # Upper limit of all figures of a data sheet.
 TUNING = "kp", "ki", "kd", "kl", "ks", "kv", "ka", "kg"

@@ -9,14 +9,14 @@ from collections.abc import Callable, Mapping, MutableSequence, Sequence
 from math import inf
 from typing import TYPE_CHECKING, Any, ClassVar
 
-from axistwin.errors import UsageError
-from axistwin.lazy import NDArray, np
-from axistwin.motion.train import HISTORY
+from axistwin.core.errors import UsageError
+from axistwin.core.lazy import NDArray, np
 from axistwin.plant.counts import SAMPLES, CountHistory, Listener, Samples
 from axistwin.plant.master import Followed, Master
 from axistwin.plant.overrides import Override, Shaft
 from axistwin.sim.clock import Clock
 from axistwin.sim.manual_actions import ManualAct, check_counts
+from axistwin.sim.motion.train import HISTORY
 from axistwin.sim.signal import Signal
 
 if TYPE_CHECKING:

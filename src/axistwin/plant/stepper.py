@@ -8,15 +8,15 @@ from collections.abc import Callable, Sequence
 from contextlib import ExitStack
 from typing import ClassVar
 
-from axistwin.errors import UsageError, installed
-from axistwin.lazy import NDArray, np
-from axistwin.motion.profile import Profile
-from axistwin.motion.train import HISTORY, Train
+from axistwin.core.errors import UsageError, installed
+from axistwin.core.lazy import NDArray, np
 from axistwin.plant.encoder import Encoder, EncoderData
 from axistwin.plant.overrides import Shaft
 from axistwin.plant.torque import Load, Slip, StepperMotor, lost_pulses, slips, whole_teeth
 from axistwin.sim.clock import Clock
 from axistwin.sim.manual_actions import ManualAct, check_counts
+from axistwin.sim.motion.profile import Profile
+from axistwin.sim.motion.train import HISTORY, Train
 from axistwin.sim.pins import SensedPin
 from axistwin.sim.signal import Signal
 

@@ -10,8 +10,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from math import inf, pi
 
-from axistwin.motion.profile import Profile
-from axistwin.units import S
+from axistwin.core.units import S
+from axistwin.sim.motion.profile import Profile
 
 
 @dataclass(frozen=True)

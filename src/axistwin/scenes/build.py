@@ -16,19 +16,19 @@ from axistwin.bench import Bench, Controller, endpoints, line_format, product
 from axistwin.bench.action_runner import ActionRunner
 from axistwin.bench.actions import FAULT_ACTS
 from axistwin.bench.acts import Do
-from axistwin.conversations.conversation import parse_line
-from axistwin.errors import SceneError, UsageError, instead
-from axistwin.fault_injection.injector import Terms, free_name
-from axistwin.fault_injection.kinds import KINDS, kind_of
-from axistwin.fault_injection.sentences import name_in
-from axistwin.fault_injection.triggers import other_fault
+from axistwin.bench.faults.injector import Terms, free_name
+from axistwin.bench.faults.kinds import KINDS, kind_of
+from axistwin.bench.faults.sentences import name_in
+from axistwin.bench.faults.triggers import other_fault
+from axistwin.bench.programs import stored_programs
+from axistwin.bench.talk.conversation import parse_line
+from axistwin.core.errors import SceneError, UsageError, instead
+from axistwin.core.units import to_ns
 from axistwin.plant.axes import Axis
-from axistwin.programs import stored_programs
 from axistwin.scenes import hosting, toml_places
 from axistwin.scenes.source import Source
 from axistwin.scenes.tables import ControllerTable, FaultTerms, SceneFile, ScriptTable, WireTable, shared_lines
 from axistwin.sim.pins import Pin, connect
-from axistwin.units import to_ns
 
 Path_ = toml_places.Path
 FAULTS_A_SCENE = 1_000  # Factor for the seed of a scene in the seeds of its faults.

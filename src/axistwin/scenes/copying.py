@@ -11,12 +11,12 @@ from typing import Any
 
 from axistwin.bench import Bench
 from axistwin.bench.action_runner import LOAD
+from axistwin.core.storage import FileStore
 from axistwin.scenes import toml_places
 from axistwin.scenes.hosting import TALK, program_text
 from axistwin.scenes.source import Source
 from axistwin.scenes.tables import SceneFile, shared_lines
 from axistwin.scenes.toml_text import table_text, tables, toml_value
-from axistwin.storage import FileStore
 
 _LOAD = re.compile(rf"(\s*{LOAD}\s+)(.*\S)\s*")
 _LOAD_LINE = re.compile(rf"^([ \t]*(?:[\w.-]+:[ \t]+)?![ \t]*{LOAD}[ \t]+)([^;\n]*[^;\s])", re.MULTILINE)

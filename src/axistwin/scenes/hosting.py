@@ -15,11 +15,8 @@ from axistwin.bench.action_runner import ActionRunner, Load
 from axistwin.bench.actions import FAULT_ACTS
 from axistwin.bench.acts import Act, Do, Hear, Say, Wait
 from axistwin.bench.hosts import Host, host_of
-from axistwin.conversations.conversation import Conversation, load_text, parse
-from axistwin.conversations.player import PATIENCE_S, open_channels
-from axistwin.errors import UsageError
-from axistwin.programs import stored_programs
-from axistwin.programs.command_lines import (
+from axistwin.bench.programs import stored_programs
+from axistwin.bench.programs.command_lines import (
     ATTEMPTS,
     READY_S,
     SELF_TEST_S,
@@ -27,10 +24,13 @@ from axistwin.programs.command_lines import (
     prepared_action,
     read_command_lines,
 )
-from axistwin.programs.command_lines import PATIENCE_S as ANSWER_S
-from axistwin.programs.hex_commands import command_strings
+from axistwin.bench.programs.command_lines import PATIENCE_S as ANSWER_S
+from axistwin.bench.programs.hex_commands import command_strings
+from axistwin.bench.talk.conversation import Conversation, load_text, parse
+from axistwin.bench.talk.player import PATIENCE_S, open_channels
+from axistwin.core.errors import UsageError
+from axistwin.core.units import MS, to_ns
 from axistwin.sim.clock import LAST, Clock, Event, Procedure, Process, kill
-from axistwin.units import MS, to_ns
 
 CHECK_NS = 20 * MS  # Interval in virtual time at which a host checks if its controller is ready.
 TALK, STORED = ".talk", ".sms"

@@ -38,7 +38,7 @@ from typing import TYPE_CHECKING, Any, Self
 
 from axistwin.bench import Bench, product
 from axistwin.controllers.product import Product
-from axistwin.errors import SceneError
+from axistwin.core.errors import SceneError
 from axistwin.scenes.addresses import check_ports
 from axistwin.scenes.build import Builder, is_in_loop
 from axistwin.scenes.source import Given, Source

@@ -13,12 +13,12 @@ from pydantic import ValidationError
 from pydantic_core import ErrorDetails
 
 from axistwin.bench import rules, typography
-from axistwin.errors import NoSceneError, ProgramError, SceneError, UsageError, instead, most_similar
-from axistwin.numbers import HIGHEST, LOWEST, NumberError, check_values
+from axistwin.core.errors import NoSceneError, ProgramError, SceneError, UsageError, instead, most_similar
+from axistwin.core.numbers import HIGHEST, LOWEST, NumberError, check_values
+from axistwin.core.storage import read_file
 from axistwin.scenes import toml_places
 from axistwin.scenes.tables import SceneFile, scene_schema
 from axistwin.scenes.toml_text import toml
-from axistwin.storage import read_file
 
 _MESSAGES = {
     # The library pydantic reports the error "missing" for `limits = [0]`, because the second number is missing.

@@ -23,9 +23,9 @@ from pydantic import (
 )
 
 from axistwin.bench import FAMILIES, product
-from axistwin.errors import UsageError
-from axistwin.fault_injection.kinds import KINDS
-from axistwin.fault_injection.table import Parameter, Sort
+from axistwin.bench.faults.kinds import KINDS
+from axistwin.bench.faults.table import Parameter, Sort
+from axistwin.core.errors import UsageError
 from axistwin.plant import machine_units
 from axistwin.plant.axes import servo_axis
 from axistwin.plant.encoder import EncoderData

@@ -5,7 +5,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from axistwin.errors import UsageError
+from axistwin.core.errors import UsageError
 
 
 def toml(table: Mapping[str, Any]) -> str:

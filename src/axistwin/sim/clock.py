@@ -10,10 +10,10 @@ from heapq import heapify, heappush
 from inspect import GEN_RUNNING, getgeneratorstate
 from typing import Any
 
-from axistwin.errors import UsageError
+from axistwin.core.errors import UsageError
+from axistwin.core.units import MOST_NS
 from axistwin.sim.engine import NORMAL, URGENT, Environment, Event, Interrupt, Interruption, Process
 from axistwin.sim.signal import Signal
-from axistwin.units import MOST_NS
 
 __all__ = ["Clock", "Event", "Interrupt", "Moment", "Procedure", "Process", "interrupt", "kill"]
 

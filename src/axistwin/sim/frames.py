@@ -13,8 +13,8 @@ from functools import cached_property, lru_cache
 from itertools import pairwise, product
 from typing import Literal, NamedTuple, get_args
 
-from axistwin.errors import UsageError
-from axistwin.units import S
+from axistwin.core.errors import UsageError
+from axistwin.core.units import S
 
 Parity = Literal["N", "E", "O", "M", "S"]
 BITS = 5, 6, 7, 8

@@ -8,8 +8,8 @@ from contextlib import contextmanager
 from enum import StrEnum
 from typing import Any
 
-from axistwin.errors import UsageError
-from axistwin.numbers import check_values, shortened
+from axistwin.core.errors import UsageError
+from axistwin.core.numbers import check_values, shortened
 from axistwin.sim.clock import Clock
 from axistwin.sim.signal import Signal
 

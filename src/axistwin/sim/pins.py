@@ -9,7 +9,7 @@ A `UserPin` has a voltage as well: it is a TTL terminal with a pull-up resistor,
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from axistwin.errors import UsageError
+from axistwin.core.errors import UsageError
 from axistwin.sim.clock import Clock, Event, Procedure
 from axistwin.sim.signal import Signal
 

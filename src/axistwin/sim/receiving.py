@@ -1,8 +1,8 @@
 """A character that a receiver is receiving: intact, or sampled bit by bit."""
 
+from axistwin.core.units import S
 from axistwin.sim.frames import UartFormat
 from axistwin.sim.levels import Levels, Space
-from axistwin.units import S
 
 
 class Whole:

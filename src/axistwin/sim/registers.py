@@ -13,7 +13,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from axistwin.errors import UsageError
+from axistwin.core.errors import UsageError
 from axistwin.sim.clock import Clock
 from axistwin.sim.pins import Pin
 from axistwin.sim.signal import Signal

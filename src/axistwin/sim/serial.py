@@ -17,13 +17,13 @@ from fractions import Fraction
 from functools import partial
 from typing import Protocol
 
+from axistwin.core.units import S, to_ns
 from axistwin.sim.clock import Clock, Moment
 from axistwin.sim.disturbance import Disturbance, Passage, double, flip, lose
 from axistwin.sim.frames import SOUND, Break, Frame, LineError, UartFormat
 from axistwin.sim.levels import Levels, Space
 from axistwin.sim.receiving import Reading, Whole
 from axistwin.sim.signal import Signal
-from axistwin.units import S, to_ns
 
 MANY = 12  # Number of stored spaces above which a receiver samples early; about three characters.
 LevelAt = Callable[[Fraction], bool]  # Level of the line at a time in ns after a falling edge.

@@ -5,15 +5,15 @@ from dataclasses import dataclass, replace
 from enum import Enum
 from typing import Any, Literal, NamedTuple
 
-from axistwin.errors import UsageError
-from axistwin.numbers import clipped
+from axistwin.core.errors import UsageError
+from axistwin.core.numbers import clipped
+from axistwin.core.units import to_ns
 from axistwin.sim.clock import Clock
 from axistwin.sim.frames import LineError, Parity, UartFormat
 from axistwin.sim.pins import Pin
 from axistwin.sim.serial import Uart
 from axistwin.sim.signal import Signal
 from axistwin.sim.wirings import Wiring
-from axistwin.units import to_ns
 
 X_ON, X_OFF = 0x11, 0x13
 

@@ -2,7 +2,7 @@
 
 from typing import TYPE_CHECKING
 
-from axistwin.lazy import lazy
+from axistwin.core.lazy import lazy
 
 if TYPE_CHECKING:
     from axistwin.sweeps.designs import points

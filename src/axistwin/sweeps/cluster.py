@@ -18,10 +18,10 @@ from time import monotonic
 from typing import Any, Self
 from urllib.parse import urlsplit
 
-from axistwin.errors import UsageError, require
+from axistwin.core.errors import UsageError, require
+from axistwin.core.version import VERSION
 from axistwin.sweeps.job import Job, Row, Runner
 from axistwin.sweeps.workers import LIMIT_S, Task, Workers
-from axistwin.version import VERSION
 
 CONNECT_S = 10
 PER_THREAD = 3  # Number of submitted batches for each thread of the cluster, so that no worker is idle.
@@ -157,7 +157,7 @@ def _connect(address: str) -> None:
 
 def version() -> str:
     """Return the version of axistwin; the cluster calls this function on each worker."""
-    from axistwin.version import VERSION as HERE
+    from axistwin.core.version import VERSION as HERE
 
     return HERE
 

@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from axistwin.errors import UsageError
-from axistwin.numbers import real, shortened
+from axistwin.core.errors import UsageError
+from axistwin.core.numbers import real, shortened
 from axistwin.sweeps.recording import Recording
 from axistwin.sweeps.series import Series, combined
 

@@ -11,8 +11,8 @@ from itertools import product
 from math import prod
 from typing import Any
 
-from axistwin.errors import UsageError, require
-from axistwin.fault_injection.table import Chance
+from axistwin.bench.faults.table import Chance
+from axistwin.core.errors import UsageError, require
 from axistwin.sweeps import sensitivity
 from axistwin.sweeps.values import MOST, Value, Values
 

@@ -10,17 +10,17 @@ from time import perf_counter
 from typing import Any
 
 from axistwin.bench import Bench
-from axistwin.errors import AxistwinError, UsageError
-from axistwin.programs import running
-from axistwin.programs.command_lines import run_until_quiet
+from axistwin.bench.programs import running
+from axistwin.bench.programs.command_lines import run_until_quiet
+from axistwin.core.errors import AxistwinError, UsageError
+from axistwin.core.units import S, to_ns
+from axistwin.core.version import VERSION
 from axistwin.scenes.scene import Scene
 from axistwin.scenes.toml_text import tables
 from axistwin.sweeps import recording
 from axistwin.sweeps.paths import Variation
 from axistwin.sweeps.sentences import Finding, Sentence, claim, measure
 from axistwin.sweeps.values import Value
-from axistwin.units import S, to_ns
-from axistwin.version import VERSION
 
 Row = dict[str, Any]
 BOUND_NS = 3600 * S  # Longest virtual time of a run in a sweep without `for`, in seconds.

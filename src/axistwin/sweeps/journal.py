@@ -12,11 +12,11 @@ from shutil import rmtree
 from time import monotonic
 from typing import Any, Self
 
-from axistwin.errors import TraceError, UsageError, reason
-from axistwin.lazy import pa, pq
-from axistwin.storage import Lock, write_error, write_whole
+from axistwin.core.errors import TraceError, UsageError, reason
+from axistwin.core.lazy import pa, pq
+from axistwin.core.storage import Lock, write_error, write_whole
+from axistwin.records.traces.parquet import require_pyarrow
 from axistwin.sweeps.job import APART, Row
-from axistwin.traces.parquet import require_pyarrow
 
 PLAN, SUM = b"axistwin.sweep", b"axistwin.sum"
 """Metadata keys under which a Parquet file stores the plan of its sweep, and its check sum."""

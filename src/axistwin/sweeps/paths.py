@@ -17,9 +17,9 @@ from pathlib import Path
 from typing import Any
 
 from axistwin.bench import Bench, Controller, product
-from axistwin.errors import SceneError, UsageError, instead
-from axistwin.fault_injection.injector import free_name
-from axistwin.fault_injection.kinds import kind_of
+from axistwin.bench.faults.injector import free_name
+from axistwin.bench.faults.kinds import kind_of
+from axistwin.core.errors import SceneError, UsageError, instead
 from axistwin.plant.axes import SERVO, STEPPER
 from axistwin.plant.servo_axis import ServoAxis
 from axistwin.scenes.scene import Scene

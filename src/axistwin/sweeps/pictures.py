@@ -11,9 +11,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from axistwin.errors import TraceError
-from axistwin.lazy import pa
-from axistwin.plots.picture import ALARM, COLOURS, GREY, INK, check_suffix, write_figure
+from axistwin.core.errors import TraceError
+from axistwin.core.lazy import pa
+from axistwin.records.plots.picture import ALARM, COLOURS, GREY, INK, check_suffix, write_figure
 from axistwin.sweeps import sensitivity
 
 if TYPE_CHECKING:

@@ -17,16 +17,16 @@ from typing import Any, Self
 import numpy as np
 
 from axistwin.bench import Bench
-from axistwin.errors import UsageError, instead
-from axistwin.motion.profile import Profile
+from axistwin.core.errors import UsageError, instead
+from axistwin.core.units import S
 from axistwin.plant.counts import Samples
 from axistwin.plant.servo_axis import ServoAxis
 from axistwin.plant.stepper import StepperAxis
+from axistwin.records.traces.batch import Part
+from axistwin.records.traces.signals import REAL, STEP, TEXT, Signal, catalogue
+from axistwin.records.traces.trace import Tracer
+from axistwin.sim.motion.profile import Profile
 from axistwin.sweeps.series import Series, Times, combined
-from axistwin.traces.batch import Part
-from axistwin.traces.signals import REAL, STEP, TEXT, Signal, catalogue
-from axistwin.traces.trace import Tracer
-from axistwin.units import S
 
 SERVO = {"velocity": ("position",), "following_error": ("commanded", "position")}
 STEPPER: dict[str, tuple[str, ...]] = {"position": ("pulses",), "lost": ()}

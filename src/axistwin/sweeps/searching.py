@@ -12,8 +12,8 @@ from collections.abc import Iterator, Mapping, Sequence
 from math import isfinite
 from typing import Any
 
-from axistwin.errors import UsageError, require
-from axistwin.fault_injection.table import Chance
+from axistwin.bench.faults.table import Chance
+from axistwin.core.errors import UsageError, require
 from axistwin.sweeps.designs import at_fractions
 from axistwin.sweeps.job import Row
 from axistwin.sweeps.journal import Journal

@@ -8,8 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from axistwin.errors import UsageError, require
-from axistwin.lazy import pa
+from axistwin.core.errors import UsageError, require
+from axistwin.core.lazy import pa
 
 DESIGN = "saltelli"  # Design that a sweep must have for Sobol indices.
 _SEED = 1  # Random seed for the resampling that estimates confidence intervals.

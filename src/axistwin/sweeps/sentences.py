@@ -11,13 +11,13 @@ from typing import Any
 
 import numpy as np
 
-from axistwin.errors import UsageError
-from axistwin.fault_injection.triggers import VERBS
-from axistwin.numbers import NumberError, real, shortened
+from axistwin.bench.faults.triggers import VERBS
+from axistwin.core.errors import UsageError
+from axistwin.core.numbers import NumberError, real, shortened
+from axistwin.core.units import S, to_ns
 from axistwin.sweeps.conditions import Condition, comparison, condition, series_of
 from axistwin.sweeps.recording import Recording
 from axistwin.sweeps.series import Series, combined, minimum
-from axistwin.units import S, to_ns
 
 Answer = float | list[float] | None
 _EVENT = re.compile(rf"\S+ (?:{'|'.join(VERBS)})(?: .*)?")

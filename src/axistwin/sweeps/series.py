@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from axistwin.units import S
+from axistwin.core.units import S
 
 Times = NDArray[np.int64]
 Numbers = NDArray[np.float64]

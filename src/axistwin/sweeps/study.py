@@ -13,8 +13,8 @@ from pathlib import Path
 from shutil import rmtree
 from typing import Any
 
-from axistwin.errors import AxistwinError, UsageError, require
-from axistwin.storage import Lock, write_error
+from axistwin.core.errors import AxistwinError, UsageError, require
+from axistwin.core.storage import Lock, write_error
 from axistwin.sweeps.journal import being_written, check_plan
 from axistwin.sweeps.values import Value, Values
 

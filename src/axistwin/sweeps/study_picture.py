@@ -4,7 +4,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from axistwin.plots.picture import ALARM, COLOURS, GREY, INK, check_suffix, write_figure
+from axistwin.records.plots.picture import ALARM, COLOURS, GREY, INK, check_suffix, write_figure
 from axistwin.sweeps.study import Trial, best
 
 if TYPE_CHECKING:

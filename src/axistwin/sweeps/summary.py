@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from axistwin.lazy import pa
+from axistwin.core.lazy import pa
 from axistwin.sweeps import sensitivity
 from axistwin.sweeps.journal import digest
 

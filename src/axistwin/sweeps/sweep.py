@@ -18,10 +18,11 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any, Self
 
-from axistwin.errors import UsageError, reason
-from axistwin.lazy import pa
+from axistwin.core.errors import UsageError, reason
+from axistwin.core.lazy import pa
+from axistwin.core.storage import write_whole
+from axistwin.core.version import VERSION
 from axistwin.scenes.scene import Scene
-from axistwin.storage import write_whole
 from axistwin.sweeps import journal, searching
 from axistwin.sweeps.cluster import Cluster
 from axistwin.sweeps.designs import Points, points
@@ -30,7 +31,6 @@ from axistwin.sweeps.journal import Journal
 from axistwin.sweeps.sentences import measure
 from axistwin.sweeps.values import Value, Values, read_values
 from axistwin.sweeps.workers import LIMIT_S, Engine, ThisProcess, Workers, compile_servos
-from axistwin.version import VERSION
 
 KEPT = 20
 """Largest number of failing runs for which a scene is saved."""

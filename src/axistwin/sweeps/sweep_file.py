@@ -24,7 +24,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
-from axistwin.errors import AxistwinError, PlacedError, SceneError
+from axistwin.core.errors import AxistwinError, PlacedError, SceneError
 from axistwin.scenes.source import read_text
 from axistwin.scenes.toml_places import place_of, places
 from axistwin.sweeps.sentences import CLAIMS, MEASURES, Form

@@ -18,7 +18,8 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any, Self
 
-from axistwin.errors import UsageError
+from axistwin.core.errors import UsageError
+from axistwin.core.version import VERSION
 from axistwin.scenes.scene import Scene
 from axistwin.sweeps.designs import Points
 from axistwin.sweeps.job import Job, Row, Runner
@@ -27,7 +28,6 @@ from axistwin.sweeps.study import Study, Trial, reserved
 from axistwin.sweeps.sweep import Design, Sweep, engine_for, prepare
 from axistwin.sweeps.values import Value, Values
 from axistwin.sweeps.workers import LIMIT_S, Engine
-from axistwin.version import VERSION
 
 GOAL = "goal"
 """Name of the measure that is minimised or maximised."""

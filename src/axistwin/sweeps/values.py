@@ -12,8 +12,8 @@ from math import exp, log, sqrt
 from statistics import NormalDist
 from typing import Any
 
-from axistwin.errors import UsageError
-from axistwin.numbers import NumberError, check_values, real, shortened, whole
+from axistwin.core.errors import UsageError
+from axistwin.core.numbers import NumberError, check_values, real, shortened, whole
 
 Value = Any  # A value in a scene file: a number, a text or a list.
 MOST = 1_000_000  # Largest number of values of one path.

@@ -15,7 +15,7 @@ from threading import Lock, Thread
 from time import monotonic
 from typing import Protocol, Self
 
-from axistwin.child import Child, pipes
+from axistwin.core.child import Child, pipes
 from axistwin.sweeps.job import Job, Row, Runner
 from axistwin.sweeps.values import Value
 

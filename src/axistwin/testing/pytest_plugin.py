@@ -96,7 +96,7 @@ def pytest_runtest_makereport(item: pytest.Item) -> Generator[None, pytest.TestR
 
 
 def _write_page(item: pytest.Item, files: tuple[Path, ...], directory: Path) -> None:
-    from axistwin.reports.page import of_recorded_files, write_page
+    from axistwin.scenes.reports.page import of_recorded_files, write_page
 
     outcome, failure = item.stash.get(VERDICT, ("error", ""))
     page = of_recorded_files(item.nodeid, outcome, outcome == "passed", failure.splitlines(), *files)

@@ -21,8 +21,7 @@ from pathlib import Path
 from typing import Any, Literal, NamedTuple, Self, TypeVar
 
 from axistwin.bench import Bench, endpoints
-from axistwin.diagnostics.refused_lines import RefusedLines
-from axistwin.errors import UsageError
+from axistwin.core.errors import UsageError
 from axistwin.links.host_thread import HostThread
 from axistwin.links.loop_thread import LoopThread
 from axistwin.links.manual_clock import ManualClock, ServedClock
@@ -30,6 +29,7 @@ from axistwin.links.manual_pacer import ManualPacer
 from axistwin.links.pacing import Pacer, read_speed
 from axistwin.links.server import Server
 from axistwin.links.urls import PortUrl, parse
+from axistwin.scenes.diagnostics.refused_lines import RefusedLines
 from axistwin.scenes.toml_text import toml_value
 
 T = TypeVar("T")
@@ -288,11 +288,11 @@ def _free(bench: Bench, wanted: list[tuple[str, PortUrl]], scheme: str | None) -
 
 def _writers(record: str | Path | None, trace: str | Path | None, headers: dict[str, str] | None) -> Iterator[Writer]:
     if record is not None:
-        from axistwin.conversations.recorder import recording_to
+        from axistwin.bench.talk.recorder import recording_to
 
         yield partial(recording_to, path=Path(record), headers=headers)
     if trace is not None:
-        from axistwin.traces.trace import tracing
+        from axistwin.records.traces.trace import tracing
 
         yield partial(tracing, path=Path(trace))
 

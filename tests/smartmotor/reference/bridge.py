@@ -4,7 +4,8 @@ from string import ascii_lowercase
 from struct import unpack
 
 from axistwin.controllers.smartmotor.kernel import interpreter as ops
-from axistwin.controllers.smartmotor.kernel import jit, kernel, machine, state
+from axistwin.controllers.smartmotor.kernel import jit, kernel, state
+from axistwin.controllers.smartmotor.kernel import physics as machine
 from axistwin.controllers.smartmotor.language.program import Program
 
 from .motor import FLAGS, PINS

@@ -13,9 +13,11 @@ from axistwin.cli.common.completing import complete_checked
 from axistwin.cli.common.working import working
 from axistwin.controllers.diagnostics import Diagnostic, Severity
 from axistwin.controllers.product import Product
-from axistwin.diagnostics import codes
-from axistwin.diagnostics import fix as check_fix
-from axistwin.diagnostics.checking import (
+from axistwin.core.errors import PlacedError, ProgramError, UsageError
+from axistwin.core.storage import STANDARD_INPUT
+from axistwin.scenes.diagnostics import codes
+from axistwin.scenes.diagnostics import fix as check_fix
+from axistwin.scenes.diagnostics.checking import (
     SCENE,
     as_diagnostic,
     check_kind,
@@ -26,9 +28,7 @@ from axistwin.diagnostics.checking import (
     load,
     product_for,
 )
-from axistwin.diagnostics.formats import Checked, as_github, as_json, as_sarif, as_text
-from axistwin.errors import PlacedError, ProgramError, UsageError
-from axistwin.storage import STANDARD_INPUT
+from axistwin.scenes.diagnostics.formats import Checked, as_github, as_json, as_sarif, as_text
 
 __all__ = ["check", "diagnose"]
 
@@ -143,7 +143,7 @@ def _check_sweep(file: Path) -> Checked:
 
 def _check_scene(scene: Path, look: Look) -> Iterator[Checked]:
     # Only the check of a scene imports these modules, because these modules load slowly.
-    from axistwin.diagnostics.scenes import diagnose_scene, is_of_program, named_programs
+    from axistwin.scenes.diagnostics.scenes import diagnose_scene, is_of_program, named_programs
     from axistwin.scenes.source import read_text
 
     named = []

@@ -6,9 +6,9 @@ from typing import Any
 
 import click
 
+from axistwin.bench.faults.kinds import KINDS, THINGS
+from axistwin.bench.faults.table import Kind
 from axistwin.cli.common.listing import print_rows
-from axistwin.fault_injection.kinds import KINDS, THINGS
-from axistwin.fault_injection.table import Kind
 
 HEADINGS = ("fault", "on", "parameters", "what happens")
 

@@ -8,7 +8,7 @@ from typing import BinaryIO, cast
 
 import click
 
-from axistwin.errors import UsageError, require
+from axistwin.core.errors import UsageError, require
 
 LENGTH = re.compile(rb"Content-Length: [1-9][0-9]{0,8}\r\n")
 
@@ -31,7 +31,7 @@ def lsp() -> int:
       args = ["lsp"]
     """
     require("pygls", "lsp")
-    from axistwin.editor.server import make
+    from axistwin.ui.editor.server import make
 
     # Pass copies of stdin and stdout to the language server, because the server closes the streams that it uses.
     with os.fdopen(os.dup(sys.stdin.fileno()), "rb") as heard, os.fdopen(os.dup(sys.stdout.fileno()), "wb") as said:

@@ -2,7 +2,7 @@
 
 from collections.abc import Collection
 
-from axistwin.errors import UsageError, most_similar
+from axistwin.core.errors import UsageError, most_similar
 
 
 def unknown(kind: str, name: str, names: Collection[str]) -> UsageError:

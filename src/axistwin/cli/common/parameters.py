@@ -5,8 +5,8 @@ from typing import Any
 
 import click
 
-from axistwin.numbers import NumberError, real, shortened
-from axistwin.storage import STANDARD_INPUT
+from axistwin.core.numbers import NumberError, real, shortened
+from axistwin.core.storage import STANDARD_INPUT
 
 FILE = click.Path(dir_okay=False, path_type=Path)  # A file.
 

@@ -5,7 +5,7 @@ from pathlib import Path
 
 from axistwin.bench import Bench
 from axistwin.bench.options import read_options
-from axistwin.errors import UsageError
+from axistwin.core.errors import UsageError
 
 
 def bench_for(target: str, options: Iterable[str] = (), state: Path | None = None) -> Bench:

@@ -11,10 +11,10 @@ from axistwin import Bench
 from axistwin.bench import Controller
 from axistwin.bench.codec import word
 from axistwin.cli.common.parameters import FILE
-from axistwin.reports import transcript
-from axistwin.reports.columns import columns
-from axistwin.reports.run_record import recording_run
-from axistwin.version import VERSION
+from axistwin.core.version import VERSION
+from axistwin.scenes.reports import transcript
+from axistwin.scenes.reports.columns import columns
+from axistwin.scenes.reports.run_record import recording_run
 
 COLOURS = {">": None, "<": "green", "!": "magenta", "=": "cyan"}
 """Colour of each kind of line: message of the host, message of the controller, action, reached state."""
@@ -51,9 +51,9 @@ def demo(plot: Path) -> None:
       axistwin demo
       axistwin demo --plot /tmp/demo.svg
     """
-    from axistwin.plots.picture import check_suffix, save
-    from axistwin.plots.trace_chart import of_trace
-    from axistwin.traces.memory import tracing_in_memory
+    from axistwin.records.plots.picture import check_suffix, save
+    from axistwin.records.plots.trace_chart import of_trace
+    from axistwin.records.traces.memory import tracing_in_memory
 
     check_suffix(plot)
     click.secho(f"axistwin {VERSION}: legacy motion controllers without the hardware", bold=True)

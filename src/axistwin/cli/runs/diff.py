@@ -8,9 +8,9 @@ import click
 
 from axistwin.cli.common.parameters import FILE, Number
 from axistwin.cli.common.working import working
-from axistwin.reports.columns import columns
-from axistwin.traces.differences import Comparison, Difference, Tolerance, compare
-from axistwin.units import S, to_ns
+from axistwin.core.units import S, to_ns
+from axistwin.records.traces.differences import Comparison, Difference, Tolerance, compare
+from axistwin.scenes.reports.columns import columns
 
 MOST = 20  # Largest number of differing signals that are printed.
 
@@ -46,11 +46,11 @@ def diff(
       axistwin diff before.csv after.csv --signals 'table.*' --time-tolerance 0.001
       axistwin diff good.vcd bad.vcd --plot where.png
     """
-    from axistwin.traces.reading import read
-    from axistwin.traces.signals import EVERYTHING, split
+    from axistwin.records.traces.reading import read
+    from axistwin.records.traces.signals import EVERYTHING, split
 
     if plot is not None:
-        from axistwin.plots.picture import check_suffix
+        from axistwin.records.plots.picture import check_suffix
 
         check_suffix(plot)
     patterns = split(signals or EVERYTHING)
@@ -58,8 +58,8 @@ def diff(
         one, other = read(first), read(second)
         found = compare(one, other, Tolerance(tolerance, to_ns(time_tolerance)), patterns)
     if plot is not None and found.differences:
-        from axistwin.plots.diff_chart import of_difference
-        from axistwin.plots.picture import save
+        from axistwin.records.plots.diff_chart import of_difference
+        from axistwin.records.plots.picture import save
 
         save(of_difference(one, other, found, f"{first.name} and {second.name}"), plot)
     _report(found, as_json)

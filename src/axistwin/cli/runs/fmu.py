@@ -5,7 +5,7 @@ from pathlib import Path
 import click
 
 from axistwin.cli.common.parameters import FILE
-from axistwin.errors import UsageError
+from axistwin.core.errors import UsageError
 
 
 @click.command()
@@ -30,7 +30,7 @@ def fmu(scene: Path, out: Path | None, commands: tuple[str, ...]) -> None:
       axistwin fmu scene.toml -o machine.fmu --command 'start: > X3000@5000S1$\\r' \\
           --command 'crash: ! fault jam X duration=0.5'
     """
-    from axistwin.fmu.archive import export
+    from axistwin.real.integrations.fmu.archive import export
 
     given: dict[str, str] = {}
     for each in commands:

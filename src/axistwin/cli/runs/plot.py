@@ -7,10 +7,10 @@ import click
 from axistwin.cli.common.completing import complete_trace
 from axistwin.cli.common.parameters import FILE, Number
 from axistwin.cli.common.working import working
-from axistwin.errors import UsageError
-from axistwin.plots.picture import check_suffix, save, show
-from axistwin.traces.signals import EVERYTHING
-from axistwin.units import to_ns, to_seconds
+from axistwin.core.errors import UsageError
+from axistwin.core.units import to_ns, to_seconds
+from axistwin.records.plots.picture import check_suffix, save, show
+from axistwin.records.traces.signals import EVERYTHING
 
 
 @click.command()
@@ -50,9 +50,9 @@ def plot(
       axistwin plot torque.parquet -o torque.svg               results of a sweep
       axistwin plot night.parquet --show --signals 'motor.shaft.*,motor.RPE,motor.G'
     """
-    from axistwin.plots.trace_chart import of_trace
-    from axistwin.traces.reading import read
-    from axistwin.traces.signals import split
+    from axistwin.records.plots.trace_chart import of_trace
+    from axistwin.records.traces.reading import read
+    from axistwin.records.traces.signals import split
 
     from_ns, until_ns = (None if seconds is None else to_ns(seconds) for seconds in (since, until))
     if from_ns is not None and until_ns is not None and until_ns <= from_ns:
@@ -95,8 +95,8 @@ def plot(
 
 
 def _is_sweep(trace: Path) -> bool:
+    from axistwin.records.traces.parquet import require_pyarrow
     from axistwin.sweeps import is_sweep
-    from axistwin.traces.parquet import require_pyarrow
 
     require_pyarrow()
     return is_sweep(trace)

@@ -12,28 +12,28 @@ from typing import TYPE_CHECKING
 import click
 
 from axistwin.bench import FAMILIES, Bench, product
+from axistwin.bench.programs import running
+from axistwin.bench.programs.running import Outcome, Program
+from axistwin.bench.talk.conversation import MOST_MIB
 from axistwin.cli.common.completing import complete_program, complete_target
 from axistwin.cli.common.parameters import FILE, PROGRAM, TRACE_LIMIT, Number, Size
 from axistwin.cli.common.target import bench_for
 from axistwin.cli.common.working import RunProgress, working
 from axistwin.controllers.product import Product
-from axistwin.conversations.conversation import MOST_MIB
-from axistwin.diagnostics.checking import MODELS, HostProgram, host_programs, kind_of, load
-from axistwin.errors import UsageError
-from axistwin.programs import running
-from axistwin.programs.running import Outcome, Program
-from axistwin.reports import transcript
-from axistwin.reports.page import Page, check_path, write_page
-from axistwin.reports.refusals import Refusal, models_at, refusals
-from axistwin.reports.run_record import RunRecord, recording_run
-from axistwin.storage import contents
-from axistwin.traces.provenance import provenance
-from axistwin.units import to_ns
+from axistwin.core.errors import UsageError
+from axistwin.core.storage import contents
+from axistwin.core.units import to_ns
+from axistwin.records.traces.provenance import provenance
+from axistwin.scenes.diagnostics.checking import MODELS, HostProgram, host_programs, kind_of, load
+from axistwin.scenes.reports import transcript
+from axistwin.scenes.reports.page import Page, check_path, write_page
+from axistwin.scenes.reports.refusals import Refusal, models_at, refusals
+from axistwin.scenes.reports.run_record import RunRecord, recording_run
 
 if TYPE_CHECKING:
-    from axistwin.plots.chart import Chart
-    from axistwin.traces.memory import MemoryTrace
-    from axistwin.traces.trace import tracing
+    from axistwin.records.plots.chart import Chart
+    from axistwin.records.traces.memory import MemoryTrace
+    from axistwin.records.traces.trace import tracing
 
 SECONDS = Number(min=0)
 INTERRUPTED = 130
@@ -110,7 +110,7 @@ def run(
         raise UsageError(f"the PROGRAM is missing: expected a file for {model}, e.g. axistwin run if1 moves.if1")
     loaded = running.scene_program() if program is None else running.load(program, target)
     if plot is not None:
-        from axistwin.plots.picture import check_suffix
+        from axistwin.records.plots.picture import check_suffix
 
         check_suffix(plot)
     if report is not None:
@@ -132,7 +132,7 @@ def run(
     incomplete = any(trace.incomplete for trace in traced) or any(memory.lost for memory in memories)
     chart = _chart(memory, title)
     if plot is not None and chart is not None:
-        from axistwin.plots.picture import save
+        from axistwin.records.plots.picture import save
 
         with working(f"drawing {plot.name}"):
             save(chart, plot)
@@ -175,7 +175,7 @@ def _perform(loaded: Program, bench: Bench, seconds: float | None) -> tuple[Outc
 def _remembering(bench: Bench, files: Sequence[Path | None]) -> "AbstractContextManager[MemoryTrace | None]":
     if not any(files):
         return nullcontext()
-    from axistwin.traces.memory import tracing_in_memory
+    from axistwin.records.traces.memory import tracing_in_memory
 
     return tracing_in_memory(bench)
 
@@ -183,7 +183,7 @@ def _remembering(bench: Bench, files: Sequence[Path | None]) -> "AbstractContext
 def _chart(memory: "MemoryTrace | None", title: str) -> "Chart | None":
     if memory is None:
         return None
-    from axistwin.plots.trace_chart import of_trace
+    from axistwin.records.plots.trace_chart import of_trace
 
     return of_trace(memory.trace(), title=title)
 
@@ -193,8 +193,8 @@ def _tracing(bench: Bench, files: Sequence[Path], signals: str | None, limit: in
     with ExitStack() as stack:
         traced = []
         for file in files:
-            from axistwin.traces.signals import split
-            from axistwin.traces.trace import tracing
+            from axistwin.records.traces.signals import split
+            from axistwin.records.traces.trace import tracing
 
             trace = tracing(
                 bench, file, split(signals), lambda words: click.echo(f"axistwin: {words}", err=True), limit

@@ -5,8 +5,8 @@ import json
 import click
 from serial.tools import list_ports
 
-from axistwin.errors import LinkError
-from axistwin.standin.sender import identify
+from axistwin.core.errors import LinkError
+from axistwin.real.standin.sender import identify
 
 KLIPPER_USB = 0x1D50  # USB vendor of boards with Klipper's firmware.
 NOT_ASKED = "not asked, as it may be another device: name it to ask"

@@ -15,7 +15,7 @@ INTERRUPTED = 130
 ENDS = {"SIGINT": INTERRUPTED, "SIGTERM": 0, "SIGHUP": 0, "SIGBREAK": 0}
 """Signals and their exit codes: SIGHUP from a closed terminal or a lost connection, SIGBREAK on Windows
 for Ctrl-Break and service managers."""
-OWN_MODULES, DISPLAY_MODULES = "axistwin.", ("axistwin.panel.",)
+OWN_MODULES, DISPLAY_MODULES = "axistwin.", ("axistwin.ui.panel.",)
 """Modules whose errors end the program, and modules that only display the bench, whose errors do not."""
 
 

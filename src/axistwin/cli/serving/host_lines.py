@@ -6,7 +6,7 @@ from dataclasses import replace
 from pathlib import Path
 from shlex import quote
 
-from axistwin.bus_hosts import C_FILES
+from axistwin.links.bus_hosts import C_FILES
 from axistwin.links.urls import PortUrl
 from axistwin.sim.frames import UartFormat
 

@@ -10,10 +10,10 @@ from contextlib import suppress
 import click
 
 from axistwin.cli.common.completing import complete_model
-from axistwin.cli.serving import machine as of
+from axistwin.cli.serving import stations as of
 from axistwin.cli.serving.ending import ending
 from axistwin.cli.serving.sparing import log_to_stderr
-from axistwin.errors import LinkError, UsageError, reason, require
+from axistwin.core.errors import LinkError, UsageError, reason, require
 
 NAME = re.compile(r"[A-Za-z0-9_:<>;.-]+")
 
@@ -81,7 +81,7 @@ def _raise_limit() -> None:
 async def _serve(
     wanted: of.Wanted, prefix: str, addresses: tuple[str, ...], port: int | None, *, pva: bool, as_json: bool
 ) -> int:
-    from axistwin.integrations.epics.ioc import LONGEST_NAME, Ioc
+    from axistwin.real.integrations.epics.ioc import LONGEST_NAME, Ioc
 
     ended = ending()
     async with await wanted.machine() as machine:

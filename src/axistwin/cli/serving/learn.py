@@ -12,10 +12,10 @@ from axistwin.bench import product
 from axistwin.cli.common.parameters import FILE
 from axistwin.cli.common.target import bench_for
 from axistwin.cli.serving.term import ENDS, converse_with
-from axistwin.errors import AxistwinError, UsageError
-from axistwin.storage import write_file
-from axistwin.teaching.lessons import course
-from axistwin.terminal.state import state_file
+from axistwin.core.errors import AxistwinError, UsageError
+from axistwin.core.storage import write_file
+from axistwin.ui.teaching.lessons import course
+from axistwin.ui.terminal.state import state_file
 
 
 @click.command()

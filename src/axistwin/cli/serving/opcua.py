@@ -9,10 +9,10 @@ import click
 
 from axistwin.cli.common.completing import complete_model
 from axistwin.cli.common.parameters import FILE
-from axistwin.cli.serving import machine as of
+from axistwin.cli.serving import stations as of
 from axistwin.cli.serving.ending import ending
 from axistwin.cli.serving.sparing import log_to_stderr
-from axistwin.errors import LinkError, UsageError, reason, require
+from axistwin.core.errors import LinkError, UsageError, reason, require
 
 LOOPBACK = "127.0.0.1"
 
@@ -68,8 +68,8 @@ def opcua(
 async def _serve(
     wanted: of.Wanted, address: str, port: int, users: Path | None, certificates: Path | None, *, as_json: bool
 ) -> int:
-    from axistwin.integrations.opcua.security import read_users
-    from axistwin.integrations.opcua.server import serving
+    from axistwin.real.integrations.opcua.security import read_users
+    from axistwin.real.integrations.opcua.server import serving
 
     logging.basicConfig(format="axistwin: %(message)s")
     accounts = None if users is None else read_users(users)

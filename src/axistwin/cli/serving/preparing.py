@@ -16,7 +16,7 @@ from contextlib import contextmanager
 from threading import Event, Thread
 
 from axistwin.bench import Bench, product
-from axistwin.errors import UsageError
+from axistwin.core.errors import UsageError
 
 DELAY_S = 0.1  # Seconds before the thread starts, so that the first answers are not delayed.
 SWITCH_S = 0.0005  # Longest time in seconds for which the thread keeps the interpreter, except in a library.

@@ -9,11 +9,11 @@ import click
 from axistwin.bench import line_format, product
 from axistwin.cli.common.completing import complete_model
 from axistwin.cli.common.parameters import FILE
-from axistwin.hosts.real_time import open_end
-from axistwin.probing.comparing import Motion, Probe, Settings, Verdict
-from axistwin.probing.comparing import probe as compare
-from axistwin.probing.report import html
-from axistwin.storage import write_file
+from axistwin.core.storage import write_file
+from axistwin.real.hosts.real_time import open_end
+from axistwin.real.probing.comparing import Motion, Probe, Settings, Verdict
+from axistwin.real.probing.comparing import probe as compare
+from axistwin.real.probing.report import html
 
 
 @click.command(context_settings={"help_option_names": ["-h", "--help"]})

@@ -11,12 +11,14 @@ import click
 from axistwin.bench import FAMILIES, line_format, product
 from axistwin.bench.actions import level_name
 from axistwin.bench.events import LevelChanged
+from axistwin.bench.talk.recorder import LF_NS, Recorder, recording_to
 from axistwin.cli.common.parameters import FILE, Seconds
+from axistwin.cli.serving.bench_and_ports import ANY_PORT
 from axistwin.cli.serving.ending import ending, fail
 from axistwin.cli.serving.serve import CATCH_UP_S
-from axistwin.cli.serving.served import ANY_PORT
-from axistwin.conversations.recorder import LF_NS, Recorder, recording_to
-from axistwin.errors import UsageError
+from axistwin.core.errors import UsageError
+from axistwin.core.units import US
+from axistwin.core.version import VERSION
 from axistwin.links.pacing import Pacer
 from axistwin.links.relay import Relay
 from axistwin.links.server import Server
@@ -24,8 +26,6 @@ from axistwin.links.urls import PortUrl, parse, parse_as
 from axistwin.sim.frames import UartFormat
 from axistwin.sim.pins import Pin
 from axistwin.sim.serial_port import Flow
-from axistwin.units import US
-from axistwin.version import VERSION
 
 log = logging.getLogger("axistwin")
 

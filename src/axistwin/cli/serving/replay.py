@@ -7,14 +7,14 @@ from pathlib import Path
 
 import click
 
+from axistwin.bench.programs import running
+from axistwin.bench.talk.comparison import PATIENCE_S, Compared, Comparison, compare
+from axistwin.bench.talk.conversation import load_text, parse
 from axistwin.cli.common.parameters import FILE, Seconds
 from axistwin.cli.common.target import bench_for
 from axistwin.cli.common.working import RunProgress, working
-from axistwin.conversations.comparison import PATIENCE_S, Compared, Comparison, compare
-from axistwin.conversations.conversation import load_text, parse
-from axistwin.errors import UsageError
-from axistwin.programs import running
-from axistwin.units import MS
+from axistwin.core.errors import UsageError
+from axistwin.core.units import MS
 
 WIDEST = 40  # Largest width of a message in the table, in characters.
 

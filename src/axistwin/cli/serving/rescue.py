@@ -8,11 +8,11 @@ import click
 
 from axistwin.bench import line_format, product
 from axistwin.cli.common.completing import complete_model
-from axistwin.hosts.real_time import open_end
-from axistwin.probing.rescue.compumotor import SETUP
-from axistwin.probing.rescue.finding import find
-from axistwin.probing.rescue.saving import SCENE, Rescue, check_new
-from axistwin.probing.rescue.saving import rescue as save
+from axistwin.real.hosts.real_time import open_end
+from axistwin.real.probing.rescue.compumotor import SETUP
+from axistwin.real.probing.rescue.finding import find
+from axistwin.real.probing.rescue.saving import SCENE, Rescue, check_new
+from axistwin.real.probing.rescue.saving import rescue as save
 from axistwin.sim.frames import UartFormat
 
 SHOWN = {"RSP": "sample period and firmware", "RCKS": "checksums"}  # Names of values that are printed, in words.

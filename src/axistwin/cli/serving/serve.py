@@ -15,20 +15,20 @@ from axistwin.bench import Bench
 from axistwin.bench.options import read_options
 from axistwin.cli.common.completing import complete_target
 from axistwin.cli.common.parameters import TRACE_LIMIT, Number, Size
-from axistwin.cli.serving import served as what_is
+from axistwin.cli.serving import bench_and_ports as what_is
+from axistwin.cli.serving.bench_and_ports import Ports
 from axistwin.cli.serving.ending import ending, fail
 from axistwin.cli.serving.preparing import preparing
-from axistwin.cli.serving.served import Ports
 from axistwin.cli.serving.sparing import log_to_stderr
-from axistwin.diagnostics.refused_lines import RefusedLines
-from axistwin.errors import AxistwinError, UsageError, require
+from axistwin.core.errors import AxistwinError, UsageError, require
 from axistwin.links.pacing import Pacer, read_speed
 from axistwin.links.server import Server
 from axistwin.links.urls import PortUrl, parse, parse_as
+from axistwin.scenes.diagnostics.refused_lines import RefusedLines
 from axistwin.sim.serial_port import Flow
 
 if TYPE_CHECKING:
-    from axistwin.panel.web import Panel
+    from axistwin.ui.panel.web import Panel
 
 CATCH_UP_S = 0.1
 
@@ -192,8 +192,8 @@ def _panel(served: what_is.Served, speed: float | None, panel: str | None, token
             raise UsageError("--panel-token needs a panel: add --panel, e.g. --panel 8080")
         return None
     require("NiceGUI", "panel")
-    from axistwin.panel.web import Address, Panel
-    from axistwin.sessions.session import Session
+    from axistwin.scenes.sessions.session import Session
+    from axistwin.ui.panel.web import Address, Panel
 
     session = Session(served.build, speed, scene=served.scene, served=True)
     return Panel(served.title, session, Address.read(panel, token))
@@ -253,8 +253,8 @@ def _tracing(
     if path is None:
         yield None
         return
-    from axistwin.traces.signals import split
-    from axistwin.traces.trace import tracing
+    from axistwin.records.traces.signals import split
+    from axistwin.records.traces.trace import tracing
 
     with tracing(bench, Path(path), split(signals), limit=limit) as traced:
         yield traced.catch_up
@@ -267,7 +267,7 @@ def _recording(bench: Bench, path: str | None, headers: dict[str, str] | None) -
     if path is None:
         yield None
         return
-    from axistwin.conversations.recorder import recording_to
+    from axistwin.bench.talk.recorder import recording_to
 
     with recording_to(bench, Path(path), headers) as recorder:
         yield recorder.catch_up

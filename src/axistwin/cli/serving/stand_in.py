@@ -15,26 +15,26 @@ import click
 import serial
 
 from axistwin.bench import Bench
-from axistwin.cli.serving import served
+from axistwin.cli.serving import bench_and_ports as served
 from axistwin.cli.serving.ending import ending
 from axistwin.cli.serving.preparing import preparing
-from axistwin.diagnostics.refused_lines import RefusedLines, prepare
-from axistwin.errors import UsageError
+from axistwin.core.errors import UsageError
 from axistwin.links.server import Server
+from axistwin.real.standin import reading
+from axistwin.real.standin.driver import Driver
+from axistwin.real.standin.events import Event, Failed
+from axistwin.real.standin.hal.board import HalBoard
+from axistwin.real.standin.hal.sender import HalSender
+from axistwin.real.standin.hal.wiring import HalWiring
+from axistwin.real.standin.journal import Journal, last_positions
+from axistwin.real.standin.klipper import KlipperBoard
+from axistwin.real.standin.output import Output
+from axistwin.real.standin.real_time import real_time_priority
+from axistwin.real.standin.sender import Sender, open_port
+from axistwin.real.standin.stop_page import StopPage
+from axistwin.real.standin.writer import Writer
+from axistwin.scenes.diagnostics.refused_lines import RefusedLines, prepare
 from axistwin.scenes.scene import Scene
-from axistwin.standin import reading
-from axistwin.standin.driver import Driver
-from axistwin.standin.events import Event, Failed
-from axistwin.standin.hal.board import HalBoard
-from axistwin.standin.hal.sender import HalSender
-from axistwin.standin.hal.wiring import HalWiring
-from axistwin.standin.journal import Journal, last_positions
-from axistwin.standin.klipper import KlipperBoard
-from axistwin.standin.output import Output
-from axistwin.standin.real_time import real_time_priority
-from axistwin.standin.sender import Sender, open_port
-from axistwin.standin.stop_page import StopPage
-from axistwin.standin.writer import Writer
 
 POLL_S = 0.02  # Interval in seconds at which the end of a preparation is checked.
 LEAST_COLLECT_S, COLLECTS = 0.01, 10

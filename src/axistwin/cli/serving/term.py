@@ -14,19 +14,19 @@ import click
 
 from axistwin.bench import FAMILIES, Bench, Controller
 from axistwin.bench.options import read_options
+from axistwin.bench.programs import command_lines
+from axistwin.bench.programs.keyboards import KEYBOARDS, to_codes, to_glyphs
 from axistwin.cli.common.completing import complete_model
-from axistwin.errors import LinkError, ProgramError, UsageError
+from axistwin.core.errors import LinkError, ProgramError, UsageError
+from axistwin.core.units import S
 from axistwin.links.pacing import read_speed
-from axistwin.programs import command_lines
-from axistwin.programs.keyboards import KEYBOARDS, to_codes, to_glyphs
-from axistwin.teaching.lessons import STARTED_S, Lesson
-from axistwin.teaching.pupil import Pupil
-from axistwin.terminal.commands import LocalCommands
-from axistwin.terminal.screen import Screen
-from axistwin.units import S
+from axistwin.ui.teaching.lessons import STARTED_S, Lesson
+from axistwin.ui.teaching.pupil import Pupil
+from axistwin.ui.terminal.commands import LocalCommands
+from axistwin.ui.terminal.screen import Screen
 
 if TYPE_CHECKING:
-    from axistwin.terminal.virtual import VirtualEnd
+    from axistwin.ui.terminal.virtual import VirtualEnd
 
 ENDS = {"cr": b"\r", "lf": b"\n", "crlf": b"\r\n"}
 INITIALISED_NS = 30 * S
@@ -127,8 +127,8 @@ def _bench(model: str, **options: Any) -> Bench:
 async def _virtual(
     build: Callable[[], Bench], speed: float | None, end: bytes, keyboard: str, initialise: bool, tutor: bool | None
 ) -> int:
-    from axistwin.sessions.session import Session
-    from axistwin.terminal.virtual import virtual_end
+    from axistwin.scenes.sessions.session import Session
+    from axistwin.ui.terminal.virtual import virtual_end
 
     session = Session(build, speed)
     screen, (controller,) = _screen(keyboard), session.bench.controllers.values()
@@ -145,8 +145,8 @@ async def _virtual(
 
 async def converse_with(build: Callable[[], Bench], end: bytes, lesson: Lesson) -> tuple[bool, int]:
     """Open a terminal for a lesson.  Return True if the lesson has been finished, and the exit code."""
-    from axistwin.sessions.session import Session
-    from axistwin.terminal.virtual import virtual_end
+    from axistwin.scenes.sessions.session import Session
+    from axistwin.ui.terminal.virtual import virtual_end
 
     person = sys.stdin.isatty()
     session = Session(build, 1.0 if person else None)
@@ -179,7 +179,7 @@ async def _watch(commands: LocalCommands, lines: Lines) -> None:
 
 
 async def _port(target: str, line: str | None, end: bytes, keyboard: str) -> int:
-    from axistwin.hosts.port_end import PortEnd
+    from axistwin.real.hosts.port_end import PortEnd
 
     screen, lines = _screen(keyboard), Lines()
     other = PortEnd(target, line, screen.show_received, lines.put_nowait)
@@ -203,7 +203,7 @@ async def _with_person(
         return await _converse(screen, commands, lines, end, keyboard)
     from prompt_toolkit.patch_stdout import patch_stdout
 
-    from axistwin.terminal.editor import LineEditor, history
+    from axistwin.ui.terminal.editor import LineEditor, history
 
     model = "port" if virtual is None else virtual.controller.product.model
     with patch_stdout(raw=True):

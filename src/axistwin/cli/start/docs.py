@@ -10,10 +10,10 @@ import click
 from axistwin.cli.common.completing import complete_page
 from axistwin.cli.common.listing import print_rows
 from axistwin.cli.common.names import unknown
-from axistwin.errors import UsageError
-from axistwin.guide import pages
-from axistwin.storage import user_cache, write_error
-from axistwin.version import VERSION
+from axistwin.core.errors import UsageError
+from axistwin.core.storage import user_cache, write_error
+from axistwin.core.version import VERSION
+from axistwin.ui.guide import pages
 
 
 @click.command()
@@ -72,7 +72,7 @@ def docs(
 def _playground(out: Path | None, engine: Path | None) -> None:
     if out is None or engine is None:
         raise UsageError("--playground needs two folders: expected --engine DIR --out DIR")
-    from axistwin.playground.building import build
+    from axistwin.ui.playground.building import build
 
     try:
         page = build(out, engine)

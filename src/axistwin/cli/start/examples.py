@@ -8,8 +8,8 @@ import click
 from axistwin.cli.common.completing import complete_example
 from axistwin.cli.common.listing import print_rows
 from axistwin.cli.common.names import unknown
-from axistwin.errors import UsageError
-from axistwin.guide.shipped import examples as shipped
+from axistwin.core.errors import UsageError
+from axistwin.ui.guide.shipped import examples as shipped
 
 
 @click.command()

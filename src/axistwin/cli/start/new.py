@@ -7,11 +7,11 @@ from typing import Any
 
 import click
 
-from axistwin.errors import UsageError
-from axistwin.guide import new_scene
-from axistwin.guide.new_scene import Answers
-from axistwin.numbers import NumberError, whole
-from axistwin.storage import write_error
+from axistwin.core.errors import UsageError
+from axistwin.core.numbers import NumberError, whole
+from axistwin.core.storage import write_error
+from axistwin.ui.guide import new_scene
+from axistwin.ui.guide.new_scene import Answers
 
 
 @click.command()

@@ -8,7 +8,7 @@ import click
 
 from axistwin.cli.common.parameters import FILE, Number
 from axistwin.cli.common.working import counting
-from axistwin.errors import UsageError
+from axistwin.core.errors import UsageError
 from axistwin.sweeps import journal
 from axistwin.sweeps.designs import DESIGNS
 from axistwin.sweeps.summary import lines, summary

@@ -9,7 +9,7 @@ import click
 from axistwin.cli.common.parameters import FILE, Number
 from axistwin.cli.common.working import counting
 from axistwin.cli.sweeping.sweep import COUNT, named, path_and_values
-from axistwin.errors import UsageError
+from axistwin.core.errors import UsageError
 from axistwin.sweeps import study_picture
 from axistwin.sweeps.designs import DESIGNS
 from axistwin.sweeps.study import Study, Trial, load

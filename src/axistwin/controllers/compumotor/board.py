@@ -17,11 +17,11 @@ from axistwin.controllers.compumotor.parts.events import Happening
 from axistwin.controllers.compumotor.parts.pulses import Phase
 from axistwin.controllers.compumotor.parts.sequences import Stored
 from axistwin.controllers.compumotor.state import State, ns
+from axistwin.core.units import to_ns
 from axistwin.plant.stepper import StepperAxis
 from axistwin.sim.clock import Clock, Procedure, Process, kill
 from axistwin.sim.pins import Pin
 from axistwin.sim.registers import RegisterPort
-from axistwin.units import to_ns
 
 FLOATING = ("output1", "output2", "shutdown", "direction", "remote_acknowledge")
 """Outputs that are in high impedance after a failure of the board."""

@@ -3,7 +3,7 @@
 from dataclasses import replace
 from functools import partial
 
-import axistwin.units as units
+import axistwin.core.units as units
 from axistwin.controllers.commandset import CommandSet
 from axistwin.controllers.compumotor.chapters import (
     closed_loop,

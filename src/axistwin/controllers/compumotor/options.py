@@ -4,7 +4,7 @@ from dataclasses import dataclass
 from typing import Literal, get_args
 
 from axistwin.controllers.options import check
-from axistwin.errors import UsageError
+from axistwin.core.errors import UsageError
 
 LEAST_MS = 0.001  # Shortest time to begin a command of a sequence.
 Interrupt = Literal["message_ready", "input_ready", "failed"]

@@ -12,10 +12,10 @@ from collections.abc import Callable, Mapping
 
 from axistwin.controllers.compumotor.language import LONGEST
 from axistwin.controllers.compumotor.options import Options
+from axistwin.core.units import MS
 from axistwin.sim.clock import Clock, Event, Moment, Procedure
 from axistwin.sim.pins import Pin
 from axistwin.sim.registers import RegisterPort
-from axistwin.units import MS
 
 
 class Control:

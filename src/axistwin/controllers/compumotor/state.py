@@ -26,11 +26,11 @@ from axistwin.controllers.compumotor.parts.tracking import Encoder, Tracking
 from axistwin.controllers.compumotor.parts.triggers import Triggers
 from axistwin.controllers.compumotor.registers import Handshake
 from axistwin.controllers.product import Refusal
+from axistwin.core.units import MS, US
 from axistwin.plant.stepper import StepperAxis
 from axistwin.sim.clock import Clock, Event, Procedure
 from axistwin.sim.pins import Pin
 from axistwin.sim.registers import RegisterPort
-from axistwin.units import MS, US
 
 INDEXER = 0x50  # Indexer mode, the mode after reset.  The code of a mode is the opcode that enters it.
 _SINGULAR_IN_INDEXER_MODE = Accept.SINGULAR | Accept.INDEXER

@@ -20,8 +20,8 @@ from axistwin.controllers.digiplan.commands import COMMANDS
 from axistwin.controllers.digiplan.language import CANCEL, LONGEST_MESSAGE, Accept, Message, parse
 from axistwin.controllers.digiplan.state import Hardware, Stage, State
 from axistwin.controllers.digiplan.step import Fault, Parameters, Step
+from axistwin.core.units import to_ns
 from axistwin.sim.clock import Event, Procedure, Process, kill
-from axistwin.units import to_ns
 
 INITIALISED = (
     "the interface is initialised already, so that it does not answer (: switch its power off and on, e.g. for each "

@@ -14,7 +14,7 @@ from axistwin.controllers.commandset import Command, CommandSet, Field
 from axistwin.controllers.diagnostics import Rule
 from axistwin.controllers.digiplan import rules
 from axistwin.controllers.digiplan.step import Fault, Problem, Step
-from axistwin.numbers import HIGHEST, NumberError, clipped, whole
+from axistwin.core.numbers import HIGHEST, NumberError, clipped, whole
 
 MOST_STEPS = 63
 LONGEST_MESSAGE = 8192

@@ -16,11 +16,11 @@ from axistwin.controllers.digiplan.options import Options
 from axistwin.controllers.digiplan.step import RAMP_SETTINGS, Parameters, Step
 from axistwin.controllers.digiplan.work import Work
 from axistwin.controllers.product import ControlLines, Refusal, Store
+from axistwin.core.units import to_ns
 from axistwin.plant.stepper import StepperAxis
 from axistwin.sim.clock import Clock, Procedure
 from axistwin.sim.pins import Pin
 from axistwin.sim.serial import Uart
-from axistwin.units import to_ns
 
 
 class Stage(Enum):

@@ -17,7 +17,7 @@ from axistwin.controllers.smartmotor.motor import Fittings, Motor
 from axistwin.controllers.smartmotor.options import Options
 from axistwin.controllers.smartmotor.registers import Registers
 from axistwin.controllers.smartmotor.terminals import EncoderPin, IndexLine
-from axistwin.errors import UsageError
+from axistwin.core.errors import UsageError
 from axistwin.plant.axes import servo_axis
 from axistwin.plant.servo_axis import ServoAxis
 from axistwin.sim.clock import Clock

@@ -14,10 +14,11 @@ from axistwin.controllers.smartmotor.chapters import brakes, faults, flow, host_
 from axistwin.controllers.smartmotor.chapters.faults import LATCHED
 from axistwin.controllers.smartmotor.chapters.functions import CLEAR_INTEGRAL
 from axistwin.controllers.smartmotor.chapters.inputs import Inputs
-from axistwin.controllers.smartmotor.kernel import kernel, machine
+from axistwin.controllers.smartmotor.kernel import kernel
+from axistwin.controllers.smartmotor.kernel import physics as machine
 from axistwin.controllers.smartmotor.kernel import state as s
 from axistwin.controllers.smartmotor.kernel.interpreter import CALL_C2, HIGHEST, LOWEST
-from axistwin.controllers.smartmotor.kernel.machine import MACHINE
+from axistwin.controllers.smartmotor.kernel.physics import MACHINE
 from axistwin.controllers.smartmotor.kernel.servo_law import clear_integral
 from axistwin.controllers.smartmotor.language.language import Statement, command
 from axistwin.controllers.smartmotor.language.program import Compilation, Program
@@ -26,10 +27,10 @@ from axistwin.controllers.smartmotor.processor import Processor
 from axistwin.controllers.smartmotor.serial import program_store
 from axistwin.controllers.smartmotor.serial.channel import CLOCK, DIRECT_A, DIRECT_P, DIRECT_V, POSITION, Channel
 from axistwin.controllers.smartmotor.terminals import IndexLine
+from axistwin.core.units import to_ns
 from axistwin.plant.servo_axis import IDEAL_COUNTS_PER_REV, ServoAxis
 from axistwin.sim.pins import Pin, UserPin
 from axistwin.sim.serial import Uart
-from axistwin.units import to_ns
 
 DEFAULTS = {
     s.E: 1000, s.AMPS: 1023, s.TH: 70, s.THD: 12_000, s.MFMUL: 1, s.MFDIV: 1, s.PID_RATE: 1, s.MODE: s.M_BRAKE, s.BO: 1,

@@ -4,7 +4,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from axistwin.controllers.product import Store
-from axistwin.storage import check_key, explaining_memory_errors
+from axistwin.core.storage import check_key, explaining_memory_errors
 
 VERSION = 1
 MOST_EEPROM = 32768

@@ -21,8 +21,8 @@ from axistwin.controllers.compumotor.parts.profiles import Speed, continuous, pr
 from axistwin.controllers.compumotor.parts.pulses import Phase, VelocityProfile
 from axistwin.controllers.compumotor.parts.tracking import Use
 from axistwin.controllers.compumotor.state import IN_MOTION, SHUT_DOWN, State, ns
-from axistwin.motion.profile import Segment
 from axistwin.sim.clock import Clock, Interrupt, Procedure
+from axistwin.sim.motion.profile import Segment
 from axistwin.sim.pins import Pin
 
 NO_HOME = "38 (define home) must be sent first"

@@ -4,8 +4,8 @@ from fractions import Fraction
 
 from axistwin.controllers.compumotor.parts.pulses import Phase, VelocityProfile
 from axistwin.controllers.compumotor.state import State
-from axistwin.motion.profile import Segment
 from axistwin.sim.clock import Procedure
+from axistwin.sim.motion.profile import Segment
 
 PULSES = 25_000
 RATE = Fraction(5_000)

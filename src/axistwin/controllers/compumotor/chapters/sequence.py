@@ -5,8 +5,8 @@ from collections import deque
 from axistwin.controllers.compumotor.language import Accept
 from axistwin.controllers.compumotor.parts.sequences import SUSPENDED, Loop, Order, Stored
 from axistwin.controllers.compumotor.state import State
+from axistwin.core.units import MS
 from axistwin.sim.clock import Procedure
-from axistwin.units import MS
 
 EDGE_TRIGGERS = (1, 6)
 LEVEL_RESPONSE_NS = 3 * MS  # Triggers 2 to 5: "the worst case response to them is 3 milliseconds".

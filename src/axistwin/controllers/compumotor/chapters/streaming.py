@@ -13,9 +13,9 @@ from axistwin.controllers.compumotor.parts.pulses import Phase, VelocityProfile
 from axistwin.controllers.compumotor.parts.ranges import FULL
 from axistwin.controllers.compumotor.parts.stream import FASTEST, Entry, Marker, Setting
 from axistwin.controllers.compumotor.state import IN_MOTION, SHUT_DOWN, State, ns
-from axistwin.motion.profile import Segment
+from axistwin.core.units import MS
 from axistwin.sim.clock import Procedure
-from axistwin.units import MS
+from axistwin.sim.motion.profile import Segment
 
 VELOCITY_DISTANCE, VELOCITY_TIME, DISTANCE_TIME = 0x51, 0x52, 0x53
 SHORTEST_NS = 2 * MS  # The shortest duration of a velocity-distance pair, and the duration of a velocity of zero.

@@ -15,7 +15,7 @@ from axistwin.controllers.compumotor.parts.events import Happening
 from axistwin.controllers.compumotor.parts.pulses import Phase
 from axistwin.controllers.compumotor.parts.tracking import Use
 from axistwin.controllers.compumotor.state import IN_DEADBAND, State
-from axistwin.units import MS
+from axistwin.core.units import MS
 
 UPDATE_NS = 2 * MS
 

@@ -17,7 +17,7 @@ from axistwin.controllers.compumotor.language import LONGEST, Accept, DontCare, 
 from axistwin.controllers.compumotor.parts.library import CLOSED_LOOP, Kind, Move
 from axistwin.controllers.compumotor.parts.ranges import BASE_CLOCKS, FULL, VELOCITY_RANGES
 from axistwin.controllers.diagnostics import Diagnostic, Fix, Rule, Sent, Session, diagnose, fixing, replaced
-from axistwin.units import MS, S
+from axistwin.core.units import MS, S
 
 DEFINITIONS = tuple(Kind)
 LOOPS = (0x20, 0x21)

@@ -16,8 +16,8 @@ from axistwin.controllers.compumotor import language, rules
 from axistwin.controllers.compumotor.commands import COMMANDS_1811
 from axistwin.controllers.diagnostics import Rule
 from axistwin.controllers.product import Placed
-from axistwin.errors import ProgramError
-from axistwin.numbers import NumberError, shortened, whole
+from axistwin.core.errors import ProgramError
+from axistwin.core.numbers import NumberError, shortened, whole
 
 SWITCHES = {"0": 0, "1": 1, "off": 0, "on": 1, "+": 0, "-": 1, "low": 0, "high": 1}
 _HEX = re.compile(r"(?:[0-9A-Fa-f]{2})+")

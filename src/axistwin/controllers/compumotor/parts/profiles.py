@@ -9,8 +9,8 @@ from functools import lru_cache
 
 from axistwin.controllers.compumotor.parts.pulses import Phase, VelocityProfile
 from axistwin.controllers.compumotor.parts.ranges import VelocityRange
-from axistwin.motion.profile import Segment
-from axistwin.motion.quantised_ramp import QuantisedRamp, quantised_levels
+from axistwin.sim.motion.profile import Segment
+from axistwin.sim.motion.quantised_ramp import QuantisedRamp, quantised_levels
 
 UPDATE = Fraction(1, 500)  # Seconds between two levels of a ramp.
 

@@ -9,11 +9,11 @@ from enum import Enum
 from fractions import Fraction
 from functools import cached_property, lru_cache, partial
 
-from axistwin.motion.profile import Profile, Segment
+from axistwin.core.units import S
 from axistwin.plant.stepper import StepperAxis
 from axistwin.sim.clock import Clock, Moment
+from axistwin.sim.motion.profile import Profile, Segment
 from axistwin.sim.pins import Pin
-from axistwin.units import S
 
 
 class Phase(Enum):

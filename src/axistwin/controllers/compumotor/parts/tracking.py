@@ -8,8 +8,8 @@ from math import isqrt
 from axistwin.controllers.compumotor.parts.library import Move
 from axistwin.controllers.compumotor.parts.pulses import Phase, PulseGenerator, VelocityProfile
 from axistwin.controllers.compumotor.parts.ranges import VELOCITY_RANGES
-from axistwin.motion.profile import Segment
 from axistwin.plant.stepper import StepperAxis
+from axistwin.sim.motion.profile import Segment
 
 
 def wrapped(count: int) -> int:

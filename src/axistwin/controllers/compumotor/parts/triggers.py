@@ -3,9 +3,9 @@
 from collections.abc import Callable
 from functools import partial
 
+from axistwin.core.units import MS
 from axistwin.sim.clock import Clock, Event
 from axistwin.sim.pins import Pin
-from axistwin.units import MS
 
 LOW_BEFORE_NS = 2 * MS  # Time for which a trigger must have been low before a rising edge has an effect.
 

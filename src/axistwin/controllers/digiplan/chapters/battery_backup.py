@@ -7,7 +7,7 @@ from axistwin.controllers.digiplan.commands import COMMANDS
 from axistwin.controllers.digiplan.language import parse
 from axistwin.controllers.digiplan.step import RANGES, Parameters
 from axistwin.controllers.product import Store
-from axistwin.storage import check_key, explaining_memory_errors
+from axistwin.core.storage import check_key, explaining_memory_errors
 
 _BAUD_RATE = "a baud rate of an IF2, e.g. 9600"
 

@@ -11,10 +11,10 @@ from collections.abc import Callable
 from axistwin.controllers.digiplan.chapters.data_format import CR, LF
 from axistwin.controllers.digiplan.chapters.faults import LineFault
 from axistwin.controllers.product import ControlLines
+from axistwin.core.units import MS
 from axistwin.sim.clock import Clock, Event, Interrupt, Moment, Procedure, Process, kill
 from axistwin.sim.frames import SOUND, LineError
 from axistwin.sim.serial import Uart
-from axistwin.units import MS
 
 NEARLY_FULL = 52  # The host must stop sending when the input buffer contains 52 characters (80 %).
 NEARLY_EMPTY = 12  # The host may resume sending when the input buffer (64 characters) is filled to at most 20 %.

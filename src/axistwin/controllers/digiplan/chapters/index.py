@@ -3,9 +3,9 @@
 from axistwin.controllers.digiplan.chapters.speed import actual_start_stop, ramp
 from axistwin.controllers.digiplan.state import State
 from axistwin.controllers.digiplan.step import EndOfWork, Step
-from axistwin.motion.profile import Profile, Segment
+from axistwin.core.units import MS
 from axistwin.sim.clock import Procedure
-from axistwin.units import MS
+from axistwin.sim.motion.profile import Profile, Segment
 
 REVERSAL_NS = 3 * MS  # Pause before the motor reverses: "at least 3mS".
 

@@ -5,9 +5,9 @@ from fractions import Fraction
 from axistwin.controllers.digiplan.chapters.data_format import BAUD_RATES, CR, LF, Frame, read_format, uart_format
 from axistwin.controllers.digiplan.state import Stage, State
 from axistwin.controllers.digiplan.step import Step
+from axistwin.core.units import MS, S
 from axistwin.sim.clock import Procedure
 from axistwin.sim.frames import LineError, UartFormat
-from axistwin.units import MS, S
 
 LOW_BITS = 4  # Number of low bits that a UART sends first for the character `(`: the start bit and three zeros.
 TOLERANCE = 10  # The interface accepts a baud rate of the host within ±10 % of a standard baud rate.

@@ -6,10 +6,10 @@ A rate multiplier generates a second, slower clock for the minor axes of a linea
 from collections.abc import Mapping, Sequence
 from fractions import Fraction
 
-from axistwin.motion.profile import Profile
-from axistwin.motion.ramp import Ramp
 from axistwin.plant.stepper import StepperAxis
 from axistwin.sim.clock import Clock, Event
+from axistwin.sim.motion.profile import Profile
+from axistwin.sim.motion.ramp import Ramp
 from axistwin.sim.pins import Pin
 
 DIRECTIONS = {axis: f"{axis.lower()}_direction" for axis in "XYZ"}  # The direction output of each axis.

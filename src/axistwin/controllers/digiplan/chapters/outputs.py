@@ -3,9 +3,9 @@
 from collections.abc import Iterable, Mapping
 
 from axistwin.controllers.digiplan.step import Step
+from axistwin.core.units import MS
 from axistwin.sim.clock import Procedure
 from axistwin.sim.pins import Pin
-from axistwin.units import MS
 
 PULSE_UNIT_NS = 10 * MS
 OUTPUTS = range(1, 6)

@@ -7,8 +7,8 @@ from axistwin.controllers.digiplan.chapters.faults import LineFault, MotionFault
 from axistwin.controllers.digiplan.chapters.index import index
 from axistwin.controllers.digiplan.state import State
 from axistwin.controllers.digiplan.step import EndOfWork, Parameters, Step
+from axistwin.core.units import MS
 from axistwin.sim.clock import Interrupt, Procedure
-from axistwin.units import MS
 
 CYCLE_NS = 1 * MS  # A step without a wait takes one cycle of about 1 ms.
 

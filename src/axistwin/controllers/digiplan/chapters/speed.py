@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 from axistwin.controllers.digiplan.rules import TOO_FAST
 from axistwin.controllers.digiplan.step import Fault, Parameters, Problem, Step
-from axistwin.motion.ramp import Ramp
+from axistwin.sim.motion.ramp import Ramp
 
 
 class SpeedRange(NamedTuple):

@@ -7,16 +7,16 @@ from array import array
 from collections.abc import Callable, Sequence
 from functools import partial
 
-from axistwin.controllers.smartmotor.kernel import machine
+from axistwin.controllers.smartmotor.kernel import physics as machine
 from axistwin.controllers.smartmotor.kernel import state as s
 from axistwin.controllers.smartmotor.kernel.core import SAMPLE_NS
 from axistwin.controllers.smartmotor.kernel.trajectory import quadrature
 from axistwin.controllers.smartmotor.processor import Processor
 from axistwin.controllers.smartmotor.terminals import EncoderPin
+from axistwin.core.units import S
 from axistwin.plant.counts import Samples
 from axistwin.plant.servo_axis import Source
 from axistwin.sim.pins import Pin, UserPin
-from axistwin.units import S
 
 QUADRATURE = (0, 1, 3, 2)  # Pins A (1) and B (2) in the order in which they change when the encoder turns forwards.
 

@@ -7,7 +7,7 @@ aw[0]╱ aw[2] D     begins at the end of the last cycle, and after CI changed p
 
 from axistwin.controllers.smartmotor.kernel import state as s
 from axistwin.controllers.smartmotor.kernel.jit import sampled
-from axistwin.controllers.smartmotor.kernel.machine import Ints
+from axistwin.controllers.smartmotor.kernel.physics import Ints
 
 RELATIVE_CAM, MODULO_CAM = 16, 128
 DWELLING = RELATIVE_CAM | MODULO_CAM  # Bits of F that enable the dwell.

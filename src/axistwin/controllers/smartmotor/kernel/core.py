@@ -17,7 +17,7 @@ from typing import Any, ClassVar, NamedTuple
 from axistwin.controllers.smartmotor.kernel import jit, log
 from axistwin.controllers.smartmotor.kernel import state as s
 from axistwin.controllers.smartmotor.kernel.kernel import ALL_DONE, BEFORE_SAMPLE, advance
-from axistwin.controllers.smartmotor.kernel.machine import FLOATS
+from axistwin.controllers.smartmotor.kernel.physics import FLOATS
 from axistwin.controllers.smartmotor.kernel.position import commanded_shaft
 from axistwin.controllers.smartmotor.kernel.servo import rest, resting
 from axistwin.sim.clock import Clock

@@ -2,7 +2,7 @@
 
 from axistwin.controllers.smartmotor.kernel import state as s
 from axistwin.controllers.smartmotor.kernel.jit import sampled
-from axistwin.controllers.smartmotor.kernel.machine import Ints
+from axistwin.controllers.smartmotor.kernel.physics import Ints
 
 GOES_ON, UNDERFLOW, EXIT, LAST = range(4)
 

@@ -20,8 +20,8 @@ from pathlib import Path
 from types import FunctionType, ModuleType
 from typing import Any, TypeVar, cast
 
-from axistwin.errors import MissingExtraError, UsageError, installation, installed
-from axistwin.storage import user_cache, write_whole
+from axistwin.core.errors import MissingExtraError, UsageError, installation, installed
+from axistwin.core.storage import user_cache, write_whole
 
 F = TypeVar("F", bound=Callable[..., object])
 

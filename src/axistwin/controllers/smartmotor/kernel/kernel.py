@@ -14,7 +14,7 @@ from axistwin.controllers.smartmotor.kernel.host_mode import EXIT, LAST, UNDERFL
 from axistwin.controllers.smartmotor.kernel.interpreter import statement
 from axistwin.controllers.smartmotor.kernel.jit import sampled
 from axistwin.controllers.smartmotor.kernel.log import FOLLOWED, MOVING, USED, note, room
-from axistwin.controllers.smartmotor.kernel.machine import Floats, Ints
+from axistwin.controllers.smartmotor.kernel.physics import Floats, Ints
 from axistwin.controllers.smartmotor.kernel.position import commanded_shaft, position
 from axistwin.controllers.smartmotor.kernel.servo import ideal, overloaded, rotate
 from axistwin.controllers.smartmotor.kernel.servo_law import control

@@ -1,7 +1,7 @@
 """Positions of the shaft in the controller's coordinates, which `O=` and F=2 change, and wrapping to 32 bits."""
 
 from axistwin.controllers.smartmotor.kernel.jit import sampled
-from axistwin.controllers.smartmotor.kernel.machine import Ints
+from axistwin.controllers.smartmotor.kernel.physics import Ints
 from axistwin.controllers.smartmotor.kernel.state import COMMANDED, DIRECTION, ORIGIN, SHAFT
 
 

@@ -14,10 +14,10 @@ the winding to the housing, whose temperature is TEMP, and on to the air; the fl
 
 from math import floor
 
-from axistwin.controllers.smartmotor.kernel import machine as m
+from axistwin.controllers.smartmotor.kernel import physics as m
 from axistwin.controllers.smartmotor.kernel import state as s
 from axistwin.controllers.smartmotor.kernel.jit import sampled
-from axistwin.controllers.smartmotor.kernel.machine import Floats, Ints
+from axistwin.controllers.smartmotor.kernel.physics import Floats, Ints
 from axistwin.controllers.smartmotor.kernel.servo_law import VELOCITY_BITS, clipped, steady
 
 CURRENT_BITS = 4  # Number of bits (4 for 16 samples) over which the measured current is filtered.

@@ -7,7 +7,7 @@
 
 from axistwin.controllers.smartmotor.kernel import state as s
 from axistwin.controllers.smartmotor.kernel.jit import sampled
-from axistwin.controllers.smartmotor.kernel.machine import Ints
+from axistwin.controllers.smartmotor.kernel.physics import Ints
 from axistwin.controllers.smartmotor.kernel.position import following_error
 
 FRACTION_BITS = 4  # Number of fraction bits of KP, KD, KV, KA and KG: they are in 1/16 of a PWM unit.

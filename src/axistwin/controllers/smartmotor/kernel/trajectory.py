@@ -11,7 +11,7 @@ import math
 
 from axistwin.controllers.smartmotor.kernel import state as s
 from axistwin.controllers.smartmotor.kernel.jit import sampled
-from axistwin.controllers.smartmotor.kernel.machine import Ints
+from axistwin.controllers.smartmotor.kernel.physics import Ints
 from axistwin.controllers.smartmotor.kernel.position import wrapped
 
 FULL_SCALE = 1023  # The analog value of a pin at 5 V (manual, section 6.3).

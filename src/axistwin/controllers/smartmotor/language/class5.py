@@ -7,7 +7,7 @@ its units of speed and acceleration differ from those of 4.76; the unit of posit
 import re
 from typing import NamedTuple
 
-from axistwin.numbers import clipped
+from axistwin.core.numbers import clipped
 
 PINS = "ABCDEFG"  # Letters of the pins in the order of their Class 5 numbers, from 0.
 FLAGS = {1: "Bo", 2: "Bt", 4: "Ba", 5: "Bh", 6: "Be", 12: "Br", 13: "Bl", 14: "Bp", 15: "Bm"}

@@ -11,7 +11,7 @@ from axistwin.controllers.smartmotor.chapters import faults, flow
 from axistwin.controllers.smartmotor.kernel import state as s
 from axistwin.controllers.smartmotor.processor import Processor
 from axistwin.controllers.smartmotor.serial.channel import Channel
-from axistwin.units import MS, S
+from axistwin.core.units import MS, S
 
 ACKNOWLEDGE, END = 0x06, 0xFF
 END_OF_TEXT = bytes([END])

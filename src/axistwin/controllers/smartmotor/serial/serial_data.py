@@ -11,8 +11,8 @@ from axistwin.controllers.smartmotor.kernel import state as s
 from axistwin.controllers.smartmotor.language.vocabulary import GLOBAL, LAST_ADDRESS
 from axistwin.controllers.smartmotor.processor import Processor
 from axistwin.controllers.smartmotor.serial.channel import Channel
+from axistwin.core.units import MS
 from axistwin.sim.frames import Parity, UartFormat
-from axistwin.units import MS
 
 BAUD_RATES = (2400, 4800, 9600, 19200, 38400)
 

@@ -1,0 +1,1 @@
+"""What everything stands on: errors, units, numbers, storage and the version."""

@@ -1,0 +1,1 @@
+"""What a controller of your own is made of."""

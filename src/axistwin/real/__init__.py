@@ -1,0 +1,1 @@
+"""The real machine: integrations, the probe and the stand-in."""

@@ -1,0 +1,1 @@
+"""What a bench has done: traces and plots."""

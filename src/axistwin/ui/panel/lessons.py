@@ -1,0 +1,67 @@
+"""The lessons of `axistwin learn` on the controllers of a session; all pages share them."""
+
+from axistwin.bench import Bench, Say, Wait
+from axistwin.core.units import to_seconds
+from axistwin.scenes.sessions.session import Session
+from axistwin.ui.teaching.lessons import STARTED_S, course
+from axistwin.ui.teaching.pupil import Pupil
+from axistwin.ui.teaching.tutor import Tutor
+
+
+class Lessons:
+    """The present lesson of each controller."""
+
+    def __init__(self, session: Session) -> None:
+        self._session = session
+        self._pupils: dict[str, tuple[int, Pupil]] = {}
+        session.each_bench(self._attach)
+
+    def _attach(self, bench: Bench) -> None:
+        for name, (number, pupil) in self._pupils.items():
+            pupil.close()
+            self._pupils[name] = number, Pupil(pupil.lesson, bench, pupil.step, name)
+
+    def of(self, name: str) -> tuple[int, Pupil] | None:
+        """Return the number of a controller's lesson, from 1, and the progress in it; None without a lesson.
+
+        The present step is checked by its effect on the bench.
+        """
+        found = self._pupils.get(name)
+        if found is not None:
+            found[1].check()
+        return found
+
+    async def begin(self, name: str, number: int) -> None:
+        """Switch a controller off and on, begin a lesson, and start virtual time.  Raises AxistwinError."""
+        self.end(name)
+        session = self._session
+        lesson = course(session.bench[name].product.model)[number - 1]
+        for level in ("off", "on"):
+            session.do(name, "power", level)
+        await session.advance_to(session.seconds + STARTED_S)
+        if lesson.initialised:
+            await initialise(session, name)
+        self._pupils[name] = number, Pupil(lesson, session.bench, name=name)
+        if not session.running:
+            session.run()
+
+    def end(self, name: str) -> None:
+        _, pupil = self._pupils.pop(name, (0, None))
+        if pupil is not None:
+            pupil.close()
+
+
+async def initialise(session: Session, name: str) -> bool:
+    """Perform the actions that make a controller ready for commands.
+
+    The bench runs at full speed.  Returns False if the controller is ready already.  Raises AxistwinError.
+    """
+    acts = Tutor(session.bench[name]).initialisation()
+    needed = False
+    while (act := session.inspect(lambda: next(acts, None))) is not None:
+        needed = True
+        if isinstance(act, Say):
+            session.say(name, act.data)
+        elif isinstance(act, Wait):
+            await session.advance_to(session.seconds + to_seconds(act.ns))
+    return needed

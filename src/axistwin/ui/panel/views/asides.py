@@ -1,0 +1,170 @@
+"""Asides of the tutor in a terminal of the panel: explanations in grey after typed lines and their answers."""
+
+from collections.abc import Awaitable, Callable, Iterable, Sequence
+from functools import partial
+
+from nicegui import ui
+
+from axistwin.bench import Bench
+from axistwin.bench.events import Received
+from axistwin.core.errors import UsageError
+from axistwin.core.numbers import NumberError, real, shortened
+from axistwin.core.units import S
+from axistwin.scenes.tables import ButtonTable
+from axistwin.ui.panel.context import Context, complain
+from axistwin.ui.panel.lessons import Lessons, initialise
+from axistwin.ui.panel.talk import DIM, NORMAL, Utterance
+from axistwin.ui.panel.turns import breathe
+from axistwin.ui.teaching.remedies import Remedies
+from axistwin.ui.teaching.tutor import Tutor
+
+ANSWERS_NS = 2 * S  # Virtual time after a typed line during which received data count as its answer.
+SETTING = "tutor"
+COMMANDS = ":drive, :explain, :init, :next, :show, :store, :task, :wait and :why"
+NO_LESSON = "no lesson has begun: select one with the button Lessons"
+
+
+class Asides:
+    """Explains the commands that a user types at a terminal in the web page."""
+
+    def __init__(self, context: Context, name: str) -> None:
+        self._context, self._name = context, name
+        self._made: tuple[Bench, Tutor] | None = None
+        self._until_ns = -1
+        self._lines: list[str] = []  # Comments that are not on the screen yet.
+
+    @property
+    def on(self) -> bool:
+        """True unless the user has switched the tutor off."""
+        return bool(self._context.person.settings.get(SETTING, True))
+
+    def typing(self, data: bytes) -> Sequence[str]:
+        """Return explanations of the line of text that the user is about to send to the controller."""
+        if not self.on:
+            return ()
+        self._until_ns = self._context.bench.now + ANSWERS_NS
+        return self._read(lambda: self._tutor.sending(data))
+
+    def add(self, lines: Iterable[str]) -> None:
+        """Add comments of the tutor, which are shown after the present messages."""
+        self._lines += lines
+
+    def text(self, said: Iterable[Utterance]) -> str:
+        """Return the tutor's new comments as text for the terminal.  `said`: the new messages at the terminal."""
+        if self.on:
+            for event in said:
+                if isinstance(event, Received) and event.time_ns <= self._until_ns:
+                    self._lines += self._tutor.received(event.data)
+        lines, self._lines = self._lines, []
+        return "".join(f"\r\n{DIM}             {line}{NORMAL}" for line in lines)
+
+    def buttons(self) -> None:
+        """Build the tutor's switch, and the buttons that ask the tutor questions."""
+        name = self._name
+        switch = ui.switch("tutor", value=self.on).mark(f"tutor-{name}").tooltip("explain typed lines and answers")
+        switch.on_value_change(lambda event: self._context.person.settings.update({SETTING: bool(event.value)}))
+        breathe()
+        init = ui.button("Initialise", on_click=self._initialise).props("flat dense no-caps").mark(f"init-{name}")
+        init.tooltip("perform the dialogue that makes the controller ready")
+        for text, tip in (("Why?", "why nothing moves"), ("Next?", "what to type next")):
+            button = ui.button(text, on_click=partial(self.obey, text[:-1].lower(), "")).props("flat dense no-caps")
+            button.mark(f"{text[:-1].lower()}-{name}").tooltip(tip)
+        box = ui.input(placeholder="explain 1670").props(f'dense outlined aria-label="explain at {name}"')
+        box.mark(f"explain-{name}").tooltip("meaning of a number, a command, a code or a terminal")
+        box.on("keydown.enter", lambda: self.obey("explain", str(box.value or "")))
+        breathe()
+
+    def obey(self, command: str, words: str) -> Awaitable[None] | None:
+        """Execute a command of the terminal itself, e.g. `:why`.  Errors are shown on the page."""
+        context, name = self._context, self._name
+        match command:
+            case "why" | "next":
+                self.add(self._read(getattr(self._tutor, command)))
+            case "explain":
+                self.add(self._read(lambda: self._tutor.explain(words)))
+            case "task":
+                self.add([NO_LESSON if (found := context.common(Lessons).of(name)) is None else found[1].task])
+            case "show":
+                self.show_solution()
+            case "init":
+                return self._initialise()
+            case "drive":
+                context.touch(partial(context.session.do, name, *words.partition(" ")[::2]))
+            case "store":
+                context.touch(partial(context.session.load, name, "typed.sms", f"{words}\n"))
+            case "wait":
+                return context.move(partial(self._wait, words))
+            case _:
+                complain(UsageError(f"unknown command :{command}: expected one of {COMMANDS}"))
+        return None
+
+    def show_solution(self) -> None:
+        """Show the commands that the user has to type for the present step of a lesson."""
+        found = self._context.common(Lessons).of(self._name)
+        self.add([f"type  {line}" for line in found[1].solution] if found is not None else [NO_LESSON])
+
+    def _initialise(self) -> Awaitable[None] | None:
+        context = self._context
+
+        def done(needed: object) -> None:
+            if needed is False:
+                self.add(["the controller is ready: no initialisation is needed"])
+
+        return context.move(partial(initialise, context.session, self._name), done)
+
+    async def _wait(self, given_time: str) -> None:
+        try:
+            seconds = real(given_time)
+        except NumberError:
+            raise UsageError(f"invalid time {shortened(given_time)}: expected seconds, e.g. :wait 0.5") from None
+        await self._context.session.advance_to(self._context.session.seconds + seconds)
+
+    def _read(self, ask: Callable[[], Sequence[str]]) -> Sequence[str]:
+        return self._context.session.inspect(ask)
+
+    @property
+    def _tutor(self) -> Tutor:
+        bench = self._context.bench
+        if self._made is None or self._made[0] is not bench:
+            self._made = bench, Tutor(bench[self._name], PanelRemedies(self._context, self._name))
+        return self._made[1]
+
+
+class PanelRemedies(Remedies):
+    """Advice of the tutor to a user of the panel, e.g. `press START`."""
+
+    def __init__(self, context: Context, name: str) -> None:
+        self._context, self._name = context, name
+
+    def drive(self, pin: str, level: str) -> str:
+        """Return the instruction that tells the user how to set an input to a level, e.g. `press START`."""
+        button = self._button(pin)
+        if button is not None:
+            return f"press {button.name}" if button.pressed == level else f"release {button.name}"
+        for selector in self._context.session.operator.selector:
+            for word, selected in selector.positions.items():
+                if selected == f"{self._name}.{pin}" and selector.selected == level:
+                    return f"turn {selector.name} to {word}"
+        return f"click the switch {pin}"
+
+    def release(self, pin: str) -> str:
+        """Return the instruction that tells the user how to release an input, e.g. `release START`."""
+        button = self._button(pin)
+        if button is None:
+            return f"click the switch {pin} again"
+        return f"press {button.name} again" if button.latching else f"release {button.name}"
+
+    def mend(self, pin: str) -> str:
+        """Return the instruction that tells the user how to end the fault at the pin `pin`."""
+        return f"a fault holds {pin}: press mend in the list of faults"
+
+    def address(self, number: int) -> str:
+        return f"type  \\x{0x80 + number:02x}"
+
+    def power(self, *words: str) -> str:
+        """Return `switch the power off (button power)`; `words`: "off", "on" or both, in this order."""
+        return f"switch the power {' and '.join(words)} (button power)"
+
+    def _button(self, pin: str) -> ButtonTable | None:
+        buttons = self._context.session.operator.button
+        return next((each for each in buttons if each.pin in (pin, f"{self._name}.{pin}")), None)

@@ -1,0 +1,43 @@
+"""Keyboard shortcuts that control virtual time, and a help dialog that lists all keys."""
+
+from collections.abc import Callable
+
+from nicegui import events, ui
+
+from axistwin.ui.panel.turns import breathe
+
+KEYS = {
+    " ": "run or pause", "e": "step to the next event", "c": "step to the next character",
+    "s": "step to the next statement", "m": "step to the next move", "+": "faster", "-": "slower", "?": "this help",
+}  # fmt: skip
+ELSEWHERE = {
+    "Tab, Shift-Tab": "move the focus to the next or previous control", "Enter": "send the typed text",
+    "arrows": "move the slider, joystick, program line or oscilloscope that has the focus",
+}  # fmt: skip
+
+
+def keys(press: Callable[[str, object], object]) -> None:
+    """Build the help dialog with its button, and call `press(key, shown)` for each other shortcut.
+
+    `shown`: the text on the Run button, e.g. Pause, when the key was pressed.
+    """
+    with ui.dialog().mark("keys") as dialog, ui.card():
+        ui.label("Keys").classes("title")
+        for key, what in (KEYS | ELSEWHERE).items():
+            breathe()
+            with ui.row():
+                ui.label("space" if key == " " else key).classes("key")
+                ui.label(what)
+        ui.button("Close", on_click=dialog.close)
+    ui.button("?", on_click=dialog.open).props('dense flat color=white aria-label="help"').classes("rest").mark("help")
+
+    def pressed(event: events.GenericEventArguments) -> object:
+        told = event.args if isinstance(event.args, dict) else {}
+        key = told.get("key")
+        if key == "?":
+            dialog.open()
+        elif key in KEYS:
+            return press(str(key), told.get("shown"))
+        return None
+
+    ui.on("driving-key", pressed)

@@ -1,0 +1,61 @@
+"""Drawings of a controller's machine: slides for limited travel, shafts for other axes, an X-Y table, and switches."""
+
+from functools import partial
+
+from nicegui import ui
+
+from axistwin.bench import Controller
+from axistwin.ui.drawings.figure import Figure
+from axistwin.ui.drawings.of_axes import figure, used_axes
+from axistwin.ui.drawings.scale import Flow
+from axistwin.ui.drawings.switches import Press, Switches
+from axistwin.ui.panel.context import Context, Refresh
+from axistwin.ui.panel.drawings.picture import Picture
+from axistwin.ui.panel.views.parts import folded
+from axistwin.ui.panel.views.table import table
+
+
+def machines(context: Context, name: str) -> Refresh:
+    """Build the drawings of a controller's axes, switches and lamps.
+
+    If some axes are configured, the others appear when they first move.  No drawing disappears: a drawing that moved
+    under the pointer would let the user press the wrong switch.
+    """
+    flow, controller = Flow(), context.bench[name]
+
+    def press(pin: str, level: str) -> None:
+        context.touch(partial(context.session.do, name, pin, level))
+
+    with ui.element("div").classes("picture"):
+        with ui.element("div").classes("axes"):
+            top_view = table(context, name)
+            frames = {axis: _frame(controller, axis, press) for axis in controller.axes}
+        with (
+            folded(context, f"{name} switches", "Switches and lamps"),
+            ui.element("section").classes("axis switches-box").props(f'aria-label="switches and lamps of {name}"'),
+        ):
+            switches = Switches(controller, press)
+            board = Picture(switches.drawing)
+
+    def refresh() -> None:
+        smooth, controller = flow.is_smooth(context.bench), context.bench[name]
+        top_view(smooth)
+        used = used_axes(controller)
+        for axis, (box, shown, picture) in frames.items():
+            box.visible = box.visible or axis in used
+            if box.visible:
+                shown.show(controller, smooth=smooth)
+                picture.send()
+        switches.show(controller)
+        board.send()
+
+    return refresh
+
+
+def _frame(controller: Controller, axis: str, press: Press) -> tuple[ui.element, Figure, Picture]:
+    with ui.element("section").classes("axis") as box:
+        box.visible = False
+        ui.label(axis).classes("axis-name").props("role=heading aria-level=3")
+        shown = figure(controller, axis, press)
+        picture = Picture(shown.drawing)
+    return box, shown, picture

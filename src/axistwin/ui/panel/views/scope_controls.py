@@ -1,0 +1,380 @@
+"""The controls of the oscilloscope: time base, signals, trigger, cursors and saving."""
+
+from bisect import bisect_left
+from collections.abc import Awaitable, Callable
+from math import isnan
+from typing import Any
+
+from nicegui import ui
+from nicegui.elements.mixins.value_element import ValueElement
+
+from axistwin.core.errors import AxistwinError
+from axistwin.core.units import to_seconds
+from axistwin.records.traces.signals import split
+from axistwin.ui.panel.context import Refresh, complain, together
+from axistwin.ui.panel.scope.cursors import between, duration, rate, value_at
+from axistwin.ui.panel.scope.meaning import PLAIN, Meaning
+from axistwin.ui.panel.scope.saving import PICTURES, TRACES
+from axistwin.ui.panel.scope.screen import MOST_SHOWN, SPANS_NS, Screen, searched
+from axistwin.ui.panel.scope.tracks import Words
+from axistwin.ui.panel.scope.triggers import MODES, OFF, SINGLE, SLOPES
+from axistwin.ui.panel.turns import breathe
+
+MOST_FOUND = 60
+UNKNOWN = "–"
+MOST_TITLE = 40  # Largest number of characters in the title of a lane.
+Save = Callable[[str, bool], Awaitable[None]]
+"""Function that saves a file; its arguments are the suffix, and True for the complete record."""
+
+
+def attempt(action: Callable[[], object]) -> bool:
+    """Perform an action; if the action fails, show the error to the user and return False."""
+    try:
+        action()
+    except AxistwinError as error:
+        complain(error)
+        return False
+    return True
+
+
+def head(screen: Screen, save: Save, runs: Callable[[], bool]) -> Refresh:
+    """Build the first row of controls above the oscilloscope, e.g. the button "Pause" and the time base."""
+    with ui.row().classes("scope-row"):
+        ui.label("Oscilloscope").classes("scope-title")
+        pause = ui.button("Pause", on_click=lambda: screen.pause() if screen.frozen is None else screen.live())
+        pause.props("dense no-caps data-test=scope-pause").mark("scope-pause")
+        breathe()
+        refresh_time = _time_base(screen)
+        breathe()
+        all_ = ui.button("All", on_click=screen.fit).props("dense flat no-caps aria-label='complete record'")
+        all_.mark("scope-all").tooltip("Complete record")
+        for icon, forward, what in (
+            ("keyboard_double_arrow_left", False, "previous activity"),
+            ("keyboard_double_arrow_right", True, "next activity"),
+        ):
+            jump = ui.button(icon=icon, on_click=lambda f=forward: screen.jump(f))
+            jump.props(f"dense flat round aria-label='{what}'").mark(f"scope-{what.replace(' ', '-')}").tooltip(what)
+        breathe()
+        lanes = ui.toggle({True: "Lanes", False: "Overlaid"}, value=screen.lanes).props("dense no-caps")
+        refresh_lanes = kept(lanes.mark("scope-lanes"), screen, "lanes")
+        breathe()
+        _save_menu(save)
+        state = ui.label().classes("scope-state").props("role=status").mark("scope-state")
+
+    def refresh() -> None:
+        refresh_time()
+        refresh_lanes()
+        pause.text = "Pause" if screen.frozen is None else "Live"
+        state.text = _state(screen, runs())
+
+    return refresh
+
+
+def _state(screen: Screen, runs: bool) -> str:
+    if screen.waiting:
+        on = screen.trigger.signal
+        return f"waiting for an edge of {on}" if on else "the trigger has no signal"
+    paused = "" if screen.frozen is None else "view paused; the bench runs" if runs else "view paused"
+    if screen.begin_ns <= max(screen.edges[0], 0):
+        return paused
+    since = f"recorded from {to_seconds(screen.begin_ns):.6g} s on: to see earlier changes, go back to 0 and run again"
+    return f"{paused}; {since}" if paused else since
+
+
+def _time_base(screen: Screen) -> Refresh:
+    def turn(steps: int) -> None:
+        place = min(max(bisect_left(SPANS_NS, screen.span_ns) + steps, 0), len(SPANS_NS) - 1)
+        screen.zoom(SPANS_NS[place] / screen.span_ns, 0.5 if screen.frozen is not None else 1.0)
+
+    def turned() -> None:
+        if knob.value is not None and round(knob.value) != bisect_left(SPANS_NS, screen.span_ns):
+            screen.zoom(SPANS_NS[round(knob.value)] / screen.span_ns, 0.5 if screen.frozen is not None else 1.0)
+
+    shorter = ui.button(icon="remove", on_click=lambda: turn(-1)).props("dense flat round aria-label='shorter time'")
+    shorter.mark("scope-shorter")
+    knob = ui.knob(bisect_left(SPANS_NS, screen.span_ns), min=0, max=len(SPANS_NS) - 1, step=1, on_change=turned)
+    knob.props("aria-label='time base' size=2.4rem track-color=grey-4").mark("scope-time")
+    longer = ui.button(icon="add", on_click=lambda: turn(1)).props("dense flat round aria-label='longer time'")
+    longer.mark("scope-longer")
+    label = ui.label().classes("scope-span").mark("scope-span")
+
+    def refresh() -> None:
+        label.text = duration(float(f"{screen.span_ns:.4g}"))
+        place = bisect_left(SPANS_NS, screen.span_ns)
+        if knob.value != place and place < len(SPANS_NS):
+            knob.value = place
+
+    return refresh
+
+
+def _save_menu(save: Save) -> None:
+    with (
+        ui.button("Save", icon="download").props("dense flat no-caps data-test=scope-save").mark("scope-save"),
+        ui.menu(),
+    ):
+        for whole, what in ((False, "visible window"), (True, "complete record")):
+            for suffix in (*TRACES, *PICTURES):
+                breathe()
+                item = ui.menu_item(f"{what}, {suffix}", on_click=lambda s=suffix, w=whole: save(s, w))
+                item.props("role=menuitem").mark(f"scope-save-{'all' if whole else 'seen'}{suffix}")
+
+
+def choice(screen: Screen) -> Refresh:
+    """Build the controls that select signals: a text field for signal names, e.g. `*.X.velocity`, and a list."""
+
+    def take() -> None:
+        attempt(lambda: screen.choose(split(wanted.value)))
+
+    with ui.row().classes("scope-row"):
+        wanted = ui.input("Signals", placeholder="*.X.velocity, if1.*says").on("keydown.enter", take)
+        wanted.props("dense data-test=scope-signals").classes("scope-wanted").mark("scope-signals")
+        breathe()
+        ui.button("Show", on_click=take).props("dense no-caps").mark("scope-show")
+        breathe()
+        with ui.button("Presets").props("dense flat no-caps").mark("scope-presets"), ui.menu():
+            for title in screen.recorder.presets:
+                breathe()
+                item = ui.menu_item(title, on_click=lambda t=title: attempt(lambda: _preset(screen, t)))
+                item.props("role=menuitem").mark(f"scope-preset-{title}")
+        with ui.button("Arrange").props("dense flat no-caps").mark("scope-arrange") as arrange:
+            build_lanes = _lanes(screen)
+        arrange.on_click(lambda: build_lanes())
+        with ui.button("List", icon="list").props("dense flat no-caps").mark("scope-list"), ui.menu():
+            _list(screen)
+    shown: list[tuple[str, ...]] = []
+
+    def refresh() -> None:
+        if shown != [screen.names]:
+            shown[:] = [screen.names]
+            wanted.value = ", ".join(screen.names)
+            build_lanes(anew=False)
+
+    return refresh
+
+
+def _lanes(screen: Screen) -> Callable[..., None]:
+    """Build the menu of lanes; return a function that builds its rows; `anew=False`: only if built before."""
+
+    def set_folded(name: str, folded: bool) -> None:
+        (screen.folded.add if folded else screen.folded.discard)(name)
+
+    def rename(name: str, title: str) -> None:
+        screen.titles[name] = " ".join(title.split())[:MOST_TITLE]
+
+    def lanes() -> None:
+        for place, name in enumerate(screen.names):
+            breathe()
+            with ui.row().classes("scope-lane"):
+                for icon, to, what in (("arrow_upward", place - 1, "up"), ("arrow_downward", place + 1, "down")):
+                    arrow = ui.button(icon=icon, on_click=lambda p=place, t=to: screen.move_lane(p, t))
+                    arrow.props(f"dense flat round aria-label='{name} {what}'").mark(f"scope-{what}-{name}")
+                fold = ui.switch("fold", value=name in screen.folded).props(f"dense aria-label='fold {name}'")
+                fold.on_value_change(lambda event, n=name: set_folded(n, bool(event.value)))
+                fold.mark(f"scope-fold-{name}")
+                title = ui.input(name, value=screen.titles.get(name, "")).props("dense")
+                title.on_value_change(lambda event, n=name: rename(n, event.value or ""))
+                title.mark(f"scope-title-{name}")
+
+    with ui.menu(), ui.column().classes("scope-list"):
+        ui.label("Lanes can also be dragged by their names").classes("hint")
+        rows = ui.column().classes("scope-lanes")
+
+    def build(anew: bool = True) -> None:
+        if anew or rows.default_slot.children:
+            rows.clear()
+            with rows:
+                lanes()
+
+    return build
+
+
+def _preset(screen: Screen, title: str) -> None:
+    screen.show(screen.recorder.presets.get(title, ())[:MOST_SHOWN])
+
+
+def _list(screen: Screen) -> None:
+
+    def set_shown(name: str, shown: bool) -> None:
+        names = [other for other in screen.names if other != name] + [name] * shown
+        if not attempt(lambda: screen.show(names)):
+            found.refresh()
+
+    @ui.refreshable
+    def found() -> None:
+        signals = searched(list(screen.recorder.signals.values()), search.value or "")
+        for signal in signals[:MOST_FOUND]:
+            breathe()
+            box = ui.checkbox(signal.full, value=signal.full in screen.names)
+            box.on_value_change(lambda event, name=signal.full: set_shown(name, bool(event.value)))
+            box.props("dense").mark(f"scope-box-{signal.full}")
+        if len(signals) > MOST_FOUND:
+            ui.label(f"and {len(signals) - MOST_FOUND} more: search for a part of the name").classes("hint")
+
+    with ui.column().classes("scope-list"):
+        search = ui.input("Search", placeholder="part of a name, or *", on_change=lambda: found.refresh())
+        search.props("dense clearable").mark("scope-search")
+        ui.label(f"{MOST_SHOWN} at most").classes("hint")
+        found()
+
+
+def trigger(screen: Screen) -> Refresh:
+    settings = screen.trigger
+    with ui.row().classes("scope-row"):
+        refresh_mode = _mode(screen)
+        breathe()
+        signal = ui.select(_names(screen), label="on", value=settings.signal)
+        signal.props("dense options-dense").classes("scope-on").mark("scope-trigger-signal")
+        slope = ui.select(list(SLOPES), label="edge", value=settings.slope)
+        slope.props("dense options-dense").mark("scope-slope")
+        breathe()
+        value = ui.number("at", value=settings.value).props("dense").mark("scope-value")
+        ui.label("place").classes("hint")
+        place = ui.slider(min=0, max=1, step=0.05, value=settings.place).props("aria-label='place of the edge'")
+        place.classes("scope-place").mark("scope-place")
+        arm = ui.button("Arm", on_click=screen.live).props("dense no-caps").mark("scope-arm")
+    fields: dict[str, ValueElement[Any]] = {"signal": signal, "slope": slope, "value": value, "place": place}
+    refresh_fields = together(*(kept(field, settings, name, screen.arm) for name, field in fields.items()))
+
+    def refresh() -> None:
+        names = _names(screen)
+        if signal.options != names:
+            signal.set_options(names)
+        refresh_mode()
+        refresh_fields()
+        for field in (signal, slope, value, place):
+            field.set_enabled(settings.mode != OFF)
+        arm.set_visibility(settings.mode == SINGLE)
+
+    return refresh
+
+
+def _mode(screen: Screen) -> Refresh:
+    settings = screen.trigger
+
+    def arm() -> None:
+        if not settings.signal and screen.names:
+            settings.signal = screen.names[0]
+        screen.arm()
+
+    mode = ui.select(list(MODES), label="Trigger", value=settings.mode)
+    mode.props("dense options-dense").mark("scope-trigger")
+    return kept(mode, settings, "mode", arm)
+
+
+def kept(element: ValueElement[Any], owner: object, name: str, then: Callable[[], object] = lambda: None) -> Refresh:
+    """Store each new value of an input element in an attribute of `owner`, then call `then`.
+
+    Returns a function that updates the element if the attribute has changed.
+    """
+
+    def set_() -> None:
+        if element.value is not None and element.value != getattr(owner, name):
+            setattr(owner, name, element.value)
+            then()
+
+    def refresh() -> None:
+        element.value = getattr(owner, name)
+
+    element.on_value_change(set_)
+    return refresh
+
+
+def _names(screen: Screen) -> list[str]:
+    signal = screen.trigger.signal
+    return ["", *screen.names, *([signal] if signal and signal not in screen.names else [])]
+
+
+def activate(screen: Screen, which: str) -> None:
+    """Make a cursor active; if the cursor is not set, put the cursor in the middle of the screen."""
+    screen.cursors.active = which
+    if screen.cursors.active_ns is None:
+        screen.move_cursor(0)
+
+
+def clear_cursors(screen: Screen) -> None:
+    screen.cursors.set("b", None)
+    screen.cursors.set("a", None)
+
+
+LABELS = {
+    "name": "signal", "unit": "unit", "at": "at pointer", "now": "newest", "a": "at A", "b": "at B", "d": "B − A",
+    "low": "least", "high": "greatest",
+    "mean": "mean",
+}  # fmt: skip
+COLUMNS = [
+    {"name": name, "label": label, "field": name, "align": "left" if name in ("name", "unit") else "right"}
+    for name, label in LABELS.items()
+]
+
+
+def readout(screen: Screen, shows_numbers: Callable[[], bool]) -> Refresh:
+    """Build the buttons for the oscilloscope's cursors A and B, and the table of measured values."""
+    with ui.row().classes("scope-row"):
+        for which in ("a", "b"):
+            button = ui.button(which.upper(), on_click=lambda w=which: activate(screen, w))
+            button.props(f"dense no-caps aria-label='cursor {which.upper()}'").mark(f"scope-cursor-{which}")
+        for icon, forward, what in (("navigate_before", False, "edge before"), ("navigate_next", True, "next edge")):
+            step = ui.button(icon=icon, on_click=lambda f=forward: screen.jump_cursor(f))
+            step.props(f"dense flat round aria-label='{what}'").mark(f"scope-{what.replace(' ', '-')}").tooltip(what)
+        snap = ui.switch("to edges", value=screen.cursors.snap).props("dense").mark("scope-snap")
+        refresh_snap = kept(snap, screen.cursors, "snap")
+        breathe()
+        ui.button("Clear", on_click=lambda: clear_cursors(screen)).props("dense flat no-caps").mark("scope-clear")
+        times = ui.label().classes("scope-times").mark("scope-times")
+    breathe()
+    table = ui.table(columns=COLUMNS, rows=[], row_key="name").props(
+        "dense flat hide-pagination :rows-per-page-options=[0]"
+    )
+    table.classes("scope-readout").mark("scope-readout")
+
+    def refresh() -> None:
+        if not shows_numbers():
+            return
+        refresh_snap()
+        times.text = _times(screen)
+        rows = [_row(screen, name) for name in screen.names]
+        if table.rows != rows:
+            table.rows = rows
+
+    return refresh
+
+
+def _times(screen: Screen) -> str:
+    a_ns, b_ns = screen.cursors.a_ns, screen.cursors.b_ns
+    active = f"{screen.cursors.active.upper()} moves"
+    told = [f"{name} {to_seconds(at):.9f} s" for name, at in (("A", a_ns), ("B", b_ns)) if at is not None]
+    if screen.pointer is not None:
+        pointer = f"pointer {to_seconds(screen.time_at(screen.pointer)):.9f} s"
+        told, active = [pointer, *told], active if told else ""
+    if a_ns is not None and b_ns is not None:
+        told += [f"B − A {duration(b_ns - a_ns)}", f"1/(B − A) {rate(b_ns - a_ns)}"]
+    return "   ".join(filter(None, [*told, active])) if told else "no cursors: click, or press a and b"
+
+
+def _row(screen: Screen, name: str) -> dict[str, str]:
+    track = screen.record.tracks.get(name)
+    row = dict.fromkeys(("at", "now", "a", "b", "d", "low", "high", "mean"), UNKNOWN) | {"name": name}
+    meaning = screen.recorder.meanings.get(name, PLAIN)
+    row["unit"] = meaning.unit
+    if track is None:
+        return row
+    at_ns = None if screen.pointer is None else screen.time_at(screen.pointer)
+    a_ns, b_ns = screen.cursors.a_ns, screen.cursors.b_ns
+    times = (("at", at_ns), ("now", screen.record.now_ns), ("a", a_ns), ("b", b_ns))
+    if isinstance(track, Words):
+        return row | {key: track.at(at) for key, at in times if at is not None}
+    row |= {key: _with_unit(meaning, value_at(track, at)) for key, at in times if at is not None}
+    if a_ns is not None and b_ns is not None:
+        found = between(track, a_ns, b_ns)
+        row |= {"d": _shown(found.difference), "low": _shown(found.low), "high": _shown(found.high)}
+        row["mean"] = _shown(found.mean, 6)
+    return row
+
+
+def _with_unit(meaning: Meaning, value: float) -> str:
+    told = "" if isnan(value) else meaning.in_unit(value)
+    return f"{_shown(value)} ({told})" if told else _shown(value)
+
+
+def _shown(value: float, digits: int = 10) -> str:
+    return UNKNOWN if isnan(value) else f"{value:.{digits}g}"
