@@ -380,8 +380,12 @@ def test_one_long_sleep_is_not_silence(twin):
 
 @pytest.mark.skipif(sys.platform != "linux", reason="only Linux reports where a thread waits")
 def test_a_sleep_by_the_wall_clock_is_told(twin):
-    with pytest.warns(UserWarning, match="sleeps by the wall clock, and virtual time has advanced by 10 s"):
-        twin.call(lambda: SLEEP(0.1))
+    def sleep_until_told():
+        while not told.list:
+            SLEEP(1)
+
+    with pytest.warns(UserWarning, match="sleeps by the wall clock, and virtual time has advanced by 10 s") as told:
+        twin.call(sleep_until_told)
 
 
 def test_an_exception_says_that_virtual_time_stood_still():
