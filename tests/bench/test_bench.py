@@ -126,10 +126,7 @@ def test_controllers_have_names_and_a_free_one_is_found():
         ({"model": "if1", "X": {"encoder": {"backlash": 0.5}}}, "backlash=0.5 of the encoder: expected a whole number"),
         ({"model": "if1", "X": {"load": {"torque": True}}}, "invalid torque=True of the load: expected a number from"),
         ({"model": "if1", "X": {"motor": {"torque": [[float("nan"), 1]]}}}, "number nan of the torque curve"),
-        (
-            {"model": "if1", "X": {"motor": {"torque": 5}}},
-            "expected pairs (pulses/s, N·m), e.g. [[0, 1.2]",
-        ),
+        ({"model": "if1", "X": {"motor": {"torque": 5}}}, "expected pairs (pulses/s, N·m), e.g. [[0, 1.2]"),
         ({"model": "if1", "speed": 1}, "if1 has no option 'speed': expected one of X, Y, Z, wiring"),
         ({"model": "if1", "X": {"limit": 1}}, "axis X has no option 'limit': expected one of limits, home"),
         ({"model": "if1", "X": {"home": (0, 1)}}, "if1 has no home input"),

@@ -155,10 +155,7 @@ def test_the_controllers_control_lines_are_seen(tmp_path):
     ("arguments", "words"),
     [
         (["--serial", "/dev/nothing/here"], "cannot open /dev/nothing/here ("),
-        (
-            ["--serial", "socket://127.0.0.1:1", "--model", "1811"],
-            "the model 1811 has no serial port to record",
-        ),
+        (["--serial", "socket://127.0.0.1:1", "--model", "1811"], "the model 1811 has no serial port to record"),
         (["--serial", "socket://127.0.0.1:1", "--line", "quick"], "invalid baud rate or character format 'quick'"),
     ],
 )
@@ -187,10 +184,7 @@ def test_what_the_device_cannot_do_is_told_and_the_recording_goes_on(tmp_path):
     device = tmp_path / "hardware"
     with (
         hardware(f"pty:{device}"),
-        recorder("--serial", device, "--rfc2217", ":0", "-o", tmp_path / "a.talk") as (
-            program,
-            port,
-        ),
+        recorder("--serial", device, "--rfc2217", ":0", "-o", tmp_path / "a.talk") as (program, port),
     ):
         with serial.serial_for_url(str(port), 9600, stopbits=2, timeout=PATIENCE_S) as host:
             host.bytesize, host.parity, host.stopbits = 5, "M", 1.5

@@ -64,12 +64,7 @@ def test_json(axistwin):
     assert (code, err) == (0, "")
     answer = told["said"][-1]
     assert 0 < answer.pop("time_ns") < answer.pop("end_ns") <= told["end_ns"]
-    assert answer == {
-        "controller": "if1",
-        "by": "controller",
-        "text": r"1000\r",
-        "errors": [],
-    }
+    assert answer == {"controller": "if1", "by": "controller", "text": r"1000\r", "errors": []}
     assert [(m["axis"], m["from"], m["to"], m["top_rate"]) for m in told["moves"]] == [("X", 0, 1000, 1000.0)]
     assert told["axes"][0] == {"controller": "if1", "axis": "X", "position": 1000, "pulses": 1000}
     assert told["difference"] is None

@@ -200,10 +200,7 @@ REFUSED = {
             )
         ],
     ),
-    "1811": (
-        [],
-        ["axistwin: 1811: refused 33 00 00 00 01: 31 (default velocity and acceleration) must be sent first"],
-    ),
+    "1811": ([], ["axistwin: 1811: refused 33 00 00 00 01: 31 (default velocity and acceleration) must be sent first"]),
 }
 
 

@@ -55,10 +55,7 @@ def check(tmp_path, capsys):
         ([VELOCITY_DISTANCE, "40 01"], "2:1 error perform_move (40) is not valid in a streaming mode"),
         ([VELOCITY_DISTANCE, "E1" + " 00" * 14], "2:1 error ignored: data for mode 52, but the present mode is 51"),
         ([VELOCITY_DISTANCE, "E0 10 00 00 01" + " 00" * 8], "2:4 error this pair lasts 0.0146 ms"),
-        (
-            ["53 01 04 00 00 00 00 00 02", "E3 01 7F FF" + " 00" * 12],
-            "2:7 error 32767 pulses in 2 ms exceed the clock",
-        ),
+        (["53 01 04 00 00 00 00 00 02", "E3 01 7F FF" + " 00" * 12], "2:7 error 32767 pulses in 2 ms exceed the clock"),
         ([VELOCITY_DISTANCE, "EE 7F FE 7C 01 01"], "2:10 error 7C cannot be in a marker"),
         (
             ["stop_on_trigger 1 on off", "interrupt_on_trigger 1 on"],

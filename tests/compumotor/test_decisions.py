@@ -3,16 +3,7 @@
 import pytest
 
 from ..scripts import scripts
-from .programs import (
-    ALL,
-    AT_ONCE,
-    enter,
-    number,
-    sequence,
-    tracked,
-    velocities,
-    words,
-)
+from .programs import ALL, AT_ONCE, enter, number, sequence, tracked, velocities, words
 from .scripts import play
 from .talking import ask, complete, default, i32, messages, position, ready, send, send_all
 

@@ -5,16 +5,7 @@ import pytest
 from ..scripts import scripts
 from .programs import continuous, cruise, enter, listing, sequence, velocities
 from .scripts import play
-from .talking import (
-    ask,
-    default,
-    i32,
-    ready,
-    send,
-    send_all,
-    status_word,
-    write,
-)
+from .talking import ask, default, i32, ready, send, send_all, status_word, write
 
 # Limits
 

@@ -138,10 +138,7 @@ def test_a_move_is_defined_within_its_ranges_only(code):
 
 @pytest.mark.parametrize(
     ("code", "good", "bad"),
-    [
-        ("C8", (0x80000001, 0x7FFFFFFF), (0x80000000,)),
-        ("CB", (0xC0000001, 0x3FFFFFFF), (0xC0000000, 0x40000000)),
-    ],
+    [("C8", (0x80000001, 0x7FFFFFFF), (0x80000000,)), ("CB", (0xC0000001, 0x3FFFFFFF), (0xC0000000, 0x40000000))],
 )
 def test_the_distance_of_a_move(code, good, bad):
     """C8h: "80000000h is invalid"; CBh: "C0000001h through 3FFFFFFFh"."""

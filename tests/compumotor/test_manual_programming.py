@@ -11,19 +11,7 @@ from axistwin.core.units import MS
 from ..scripts import scripts
 from .programs import relative, sequence
 from .scripts import play
-from .talking import (
-    CONTROL,
-    DATA,
-    MESSAGE,
-    TAKEN,
-    ask,
-    message,
-    messages,
-    ready,
-    send,
-    status_word,
-    write,
-)
+from .talking import CONTROL, DATA, MESSAGE, TAKEN, ask, message, messages, ready, send, status_word, write
 
 
 @scripts(

@@ -5,16 +5,7 @@ import pytest
 from ..scripts import scripts
 from .programs import continuous, cruise, relative
 from .scripts import play
-from .talking import (
-    ask,
-    complete,
-    default,
-    i32,
-    messages,
-    position,
-    send,
-    send_all,
-)
+from .talking import ask, complete, default, i32, messages, position, send, send_all
 
 
 def byte(bench, board, *command):
@@ -148,10 +139,7 @@ def events(bench, board):
     return messages(bench, board)
 
 
-@pytest.mark.parametrize(
-    ("opcode", "expected"),
-    [(0xA0, 1), (0xA1, 3), (0xA2, 1), (0xA3, 2), (0xA4, 1), (0xA5, 3)],
-)
+@pytest.mark.parametrize(("opcode", "expected"), [(0xA0, 1), (0xA1, 3), (0xA2, 1), (0xA3, 2), (0xA4, 1), (0xA5, 3)])
 def test_events_of_moves(bench, board, opcode, expected):
     """A0h to A5h: "this command followed by fifteen zeroes"; a triangle reaches no constant velocity."""
     send(bench, board, opcode, 0xFF)

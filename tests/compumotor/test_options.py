@@ -8,10 +8,7 @@ from axistwin.core.errors import UsageError
 
 from ..scripts import scripts
 from .scripts import play
-from .talking import (
-    messages,
-    send,
-)
+from .talking import messages, send
 
 TIMES = (
     "initialisation_s", "drain_ms", "reply_ms", "start_ms", "calculation_ms", "step_ms", "next_message_ms", "limit_us",

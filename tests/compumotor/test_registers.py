@@ -7,18 +7,7 @@ from axistwin.core.errors import UsageError
 
 from ..scripts import scripts
 from .scripts import play
-from .talking import (
-    ENABLE,
-    RESET,
-    TAKEN,
-    ask,
-    default,
-    i32,
-    ready,
-    send,
-    send_all,
-    write,
-)
+from .talking import ENABLE, RESET, TAKEN, ask, default, i32, ready, send, send_all, write
 
 
 @scripts(

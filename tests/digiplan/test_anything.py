@@ -36,9 +36,7 @@ COMMANDS = [
 ]  # fmt: skip
 
 messages = st.one_of(
-    st.sampled_from(COMMANDS).map(str.encode),
-    st.text(LANGUAGE, max_size=12).map(str.encode),
-    st.binary(max_size=8),
+    st.sampled_from(COMMANDS).map(str.encode), st.text(LANGUAGE, max_size=12).map(str.encode), st.binary(max_size=8)
 )
 
 

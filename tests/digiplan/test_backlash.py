@@ -94,13 +94,7 @@ def test_it_is_busy_from_the_first_pulse_to_the_last(bench, if1):
 
 
 @settings(max_examples=40)
-@given(
-    st.integers(1, 600),
-    st.sampled_from("+-"),
-    st.integers(0, 255),
-    st.sampled_from("+-"),
-    st.integers(1, 25_000),
-)
+@given(st.integers(1, 600), st.sampled_from("+-"), st.integers(0, 255), st.sampled_from("+-"), st.integers(1, 25_000))
 def test_the_net_distance_is_always_the_one_asked_for(distance, direction, correction, backlash, speed):
     """Backlash: "finish any index with a fixed number of steps in a specified direction"."""
     bench = Bench()

@@ -154,7 +154,7 @@ def test_a_bracket_breaks_into_a_locked_interface():
 def test_an_interpolated_run_loses_both_index_lengths():
     """Run mode: "the data used in a previous index will be lost"."""
     assert shown("X2000/Y500@400G$", "#", "X$") == [
-        "3:1 warning: nothing moves: the distance is 0 (distance from line 1)",
+        "3:1 warning: nothing moves: the distance is 0 (distance from line 1)"
     ]
     assert [line[:3] for line in shown(":X200/Y50@400G:H1A:X/Y:$")] == ["1:2"]
 

@@ -119,8 +119,7 @@ def status(request, byte):
 
 
 @pytest.mark.parametrize(
-    ("answer", "says"),
-    [(b"error: no\n", "error: no"), (b"zz\n", "hex bytes"), (b"10 10\n", "hex bytes")],
+    ("answer", "says"), [(b"error: no\n", "error: no"), (b"zz\n", "hex bytes"), (b"10 10\n", "hex bytes")]
 )
 def test_garbage_raises_a_clear_error(ports, answer, says):
     with pytest.raises(WrongAnswerError, match=says):

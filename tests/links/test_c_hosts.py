@@ -167,8 +167,7 @@ def test_the_whole_header(bus, host):
 
 
 @pytest.mark.parametrize(
-    ("where", "words"),
-    [("", "set it to HOST:PORT"), ("nonsense", "set it to HOST:PORT"), ("127.0.0.1:1", "no answer")],
+    ("where", "words"), [("", "set it to HOST:PORT"), ("nonsense", "set it to HOST:PORT"), ("127.0.0.1:1", "no answer")]
 )
 def test_a_bus_that_is_not_there_ends_the_program(host, where, words):
     done = run(host, where)

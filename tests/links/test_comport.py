@@ -161,12 +161,7 @@ def test_what_is_set_is_told_when_asked(port):
 
 def test_a_longer_talk_is_obeyed_in_order(port):
     events, _ = say(port, b"(" + sub(1, b"\x00\x00\x09\x60") + b"U61\r" + sub(5, b"\x09"))
-    assert events == [
-        b"(",
-        SetFormat(UartFormat(2400, 8, "N", 2)),
-        b"U61\r",
-        SetLines(dtr=False, rts=True),
-    ]
+    assert events == [b"(", SetFormat(UartFormat(2400, 8, "N", 2)), b"U61\r", SetLines(dtr=False, rts=True)]
 
 
 # Notifications of the server

@@ -40,10 +40,7 @@ def test_each_pulse_is_within_the_tolerance(gaps, tolerance, last):
 
 
 @settings(max_examples=50)
-@given(
-    st.lists(st.tuples(st.integers(100, 60_000), st.integers(1, 300)), min_size=1, max_size=8),
-    st.floats(0, 1000),
-)
+@given(st.lists(st.tuples(st.integers(100, 60_000), st.integers(1, 300)), min_size=1, max_size=8), st.floats(0, 1000))
 def test_profiles_of_any_rates(segments, offset):
     profile = Profile(Segment(Fraction(rate), Fraction(pulses, rate)) for rate, pulses in segments)
     times = np.empty(profile.pulses, np.int64)

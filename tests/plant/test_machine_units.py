@@ -99,11 +99,7 @@ def test_a_scene_with_units(directory):
 @pytest.mark.parametrize(
     ("old", "new", "message"),
     [
-        (
-            '"-1 mm"',
-            '"-1 cm"',
-            ":6:59: controller.axes.motor.limits: 'cm' is not the unit of the axis: expected mm",
-        ),
+        ('"-1 mm"', '"-1 cm"', ":6:59: controller.axes.motor.limits: 'cm' is not the unit of the axis: expected mm"),
         (
             "per = 80",
             "per = 0",

@@ -185,10 +185,7 @@ def test_wrong_options_are_rejected(tmp_path, directory, capsys):
 
 def test_without_a_screen(directory, capsys):
     code, _, err = run(capsys, "plot", directory / "a.csv", "--show")
-    assert (code, err) == (
-        2,
-        "axistwin: no screen is available: write the picture to a file, e.g. --out chart.svg\n",
-    )
+    assert (code, err) == (2, "axistwin: no screen is available: write the picture to a file, e.g. --out chart.svg\n")
 
 
 # Differences

@@ -88,11 +88,7 @@ def test_names_ports_and_options(scene, tmp_path):
         '[[controller]]\nmodel = "if2"\nname = "left"\nstate = "kept"\nports = ["rfc2217://127.0.0.1:0"]\n'
         'options = {wiring = "3-wire", recalculation_s = 0.5}\n'
     )
-    assert made.ports == [
-        ("if1", "tcp://127.0.0.1:0"),
-        ("if1", "pty:/tmp/a"),
-        ("left", "rfc2217://127.0.0.1:0"),
-    ]
+    assert made.ports == [("if1", "tcp://127.0.0.1:0"), ("if1", "pty:/tmp/a"), ("left", "rfc2217://127.0.0.1:0")]
     bench = made.build()
     assert list(bench.controllers) == ["if1", "left"]
     assert str(bench["if1"].serial.host.format) == "1200 7E1"

@@ -148,12 +148,7 @@ async def ready(names: tuple[str, ...], session: Session) -> None:
 
 @pytest.mark.parametrize(
     ("build", "names"),
-    [
-        (digiplan, ("if1",)),
-        (compumotor, ("1811",)),
-        (smartmotor, ("motor",)),
-        (all_of_them, ("if1", "1811", "motor")),
-    ],
+    [(digiplan, ("if1",)), (compumotor, ("1811",)), (smartmotor, ("motor",)), (all_of_them, ("if1", "1811", "motor"))],
     ids=["digiplan", "compumotor", "smartmotor", "all"],
 )
 @settings(max_examples=12, deadline=None, suppress_health_check=[HealthCheck.too_slow])

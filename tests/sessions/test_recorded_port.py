@@ -9,18 +9,7 @@ from axistwin.scenes.sessions.recorded_port import RecordedBus, RecordedPort
 from axistwin.sim.clock import Clock
 from axistwin.sim.frames import UartFormat
 from axistwin.sim.registers import CONTROL, DATA, NOBODY_DRIVES, Init, ReadData, RegisterPort, WriteRegister
-from axistwin.sim.serial_port import (
-    X_OFF,
-    X_ON,
-    DropPending,
-    Flow,
-    Hold,
-    SendBreak,
-    SetFlow,
-    SetFormat,
-    SetLine,
-    Write,
-)
+from axistwin.sim.serial_port import X_OFF, X_ON, DropPending, Flow, Hold, SendBreak, SetFlow, SetFormat, SetLine, Write
 
 from ..sim import test_serial_port as serial
 from ..sim.test_serial_port import FORMAT, FRAME

@@ -37,10 +37,7 @@ DESCRIBED = {
     "commands": {"identify offset=%u count=%c": 1} | {text: n for n, text in enumerate(COMMANDS, 2)},
     "responses": {"identify_response offset=%u data=%.*s": 0} | {text: n for n, text in enumerate(RESPONSES, 40)},
     "config": {"CLOCK_FREQ": 16_000_000, "MCU": "small", "RECEIVE_WINDOW": 192, "RESERVE_PINS_serial": "P0,P1"},
-    "enumerations": {
-        "pin": {"P0": [0, 32]},
-        "static_string_id": {text: n for n, text in enumerate(REASONS, 2)},
-    },
+    "enumerations": {"pin": {"P0": [0, 32]}, "static_string_id": {text: n for n, text in enumerate(REASONS, 2)}},
 }
 
 
