@@ -12,10 +12,9 @@ from axistwin.core.numbers import MOST_CHARACTERS, NumberError, check_values, de
 from .told import raises
 
 
-@pytest.mark.parametrize(
-    ("text", "value"),
-    [("0", 0), ("-5", -5), ("+7", 7), (str(2**63 - 1), 2**63 - 1), (str(-(2**63)), -(2**63)), ("0" * 99 + "1", 1)],
-)
+@pytest.mark.parametrize(("text", "value"), [
+    ("0", 0), ("-5", -5), ("+7", 7), (str(2**63 - 1), 2**63 - 1), (str(-(2**63)), -(2**63)), ("0" * 99 + "1", 1)
+])  # fmt: skip
 def test_whole_numbers(text, value):
     assert whole(text) == value
 
@@ -26,13 +25,12 @@ def test_other_bases():
     assert whole("1" * 64, 0, 2**64 - 1, base=2) == 2**64 - 1
 
 
-@pytest.mark.parametrize(
-    ("text", "message"),
-    [("", "'' is not a whole number: expected e.g. 12"), ("1.5", "'1.5' is not a whole number: expected e.g. 12"),
-     (str(2**63), f"'{2**63}' is out of range: expected a whole number from {-(2**63)} to {2**63 - 1}"),
-     ("٣", "'٣' is not a whole number: expected the digits 0 to 9"),
-     ("9" * 101, f"'{'9' * 40}'… (101 characters) is too long for a whole number: expected at most 100 characters")],
-)  # fmt: skip
+@pytest.mark.parametrize(("text", "message"), [
+    ("", "'' is not a whole number: expected e.g. 12"), ("1.5", "'1.5' is not a whole number: expected e.g. 12"),
+    (str(2**63), f"'{2**63}' is out of range: expected a whole number from {-(2**63)} to {2**63 - 1}"),
+    ("٣", "'٣' is not a whole number: expected the digits 0 to 9"),
+    ("9" * 101, f"'{'9' * 40}'… (101 characters) is too long for a whole number: expected at most 100 characters")
+])  # fmt: skip
 def test_what_is_no_whole_number(text, message):
     with pytest.raises(NumberError) as told:
         whole(text)

@@ -76,12 +76,10 @@ def test_an_example_for_a_text_is_accepted(read: Callable[[str], object], form: 
 # Conversations
 
 
-@pytest.mark.parametrize(
-    ("model", "form", "bad"),
-    [("if1", "; patience: {}", "x"), ("if1", "; options: {}", "X='a"), ("if1", "{}", "+x"), ("if1", "! {}", "input1"),
-     ("if1", "! input1 {}", "x"), ("smartmotor", "! A {}", "x"), ("smartmotor", "! ambient {}", "x"),
-     ("smartmotor", "! master {}", "x"), ("1811", "! read {}", "x"), ("1811", "! write {}", "x")],
-)  # fmt: skip
+@pytest.mark.parametrize(("model", "form", "bad"), [
+    ("if1", "; patience: {}", "x"), ("if1", "; options: {}", "X='a"), ("if1", "{}", "+x"), ("if1", "! {}", "input1"),
+    ("if1", "! input1 {}", "x"), ("smartmotor", "! A {}", "x"), ("smartmotor", "! ambient {}", "x"),
+    ("smartmotor", "! master {}", "x"), ("1811", "! read {}", "x"), ("1811", "! write {}", "x")])  # fmt: skip
 def test_an_example_for_a_line_of_a_conversation_is_accepted(model: str, form: str, bad: str) -> None:
     def error_of(text: str) -> str:
         Path("a.talk").write_text(f"{form.format(text)}\n")
@@ -146,11 +144,9 @@ output = [{ from = "desk.output1", pin = "P10" }]
 """
 
 
-@pytest.mark.parametrize(
-    ("good", "bad"),
-    [("desk.limit_plus", "limit_plus"), ("desk.limit_plus", "desk.output2"), ("desk.output1", "output1"),
-     ("desk.output1", "desk.input1"), ('"P2"', '"?"'), ('enable = "!P4", ', ""), ('step = "P2", ', "")],
-)  # fmt: skip
+@pytest.mark.parametrize(("good", "bad"), [
+    ("desk.limit_plus", "limit_plus"), ("desk.limit_plus", "desk.output2"), ("desk.output1", "output1"),
+    ("desk.output1", "desk.input1"), ('"P2"', '"?"'), ('enable = "!P4", ', ""), ('step = "P2", ', "")])  # fmt: skip
 def test_an_example_for_a_stand_in_is_accepted(good: str, bad: str) -> None:
     def error_of(text: str) -> str:
         Path("desk.toml").write_text(STAND_IN.replace(good, text))

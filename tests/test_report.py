@@ -53,17 +53,10 @@ def test_the_tests_that_rows_name_exist(found):
             assert f"def {name}(" in (ROOT / "tests" / file).read_text(encoding="utf-8"), row.key
 
 
-@pytest.mark.parametrize(
-    ("words", "kind"),
-    [
-        ("silent; UARTs signal it with the stop bit", "inferred"),
-        ("Speed: \"above the maximum\"", "manual text"),
-        ("appendix 3, sample 10 sends one", "manual example"),
-        ("base 9: four bits", "real host software"),
-        ("inferred: 9.4 says nothing", "inferred"),
-        ("one ramp generator", "inferred"),
-    ],
-)  # fmt: skip
+@pytest.mark.parametrize(("words", "kind"), [
+    ("silent; UARTs signal it with the stop bit", "inferred"), ("Speed: \"above the maximum\"", "manual text"),
+    ("appendix 3, sample 10 sends one", "manual example"), ("base 9: four bits", "real host software"),
+    ("inferred: 9.4 says nothing", "inferred"), ("one ramp generator", "inferred")])  # fmt: skip
 def test_the_class_of_an_entry(report, words, kind):
     from fidelity.evidence import classify
 

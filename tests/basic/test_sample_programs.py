@@ -58,11 +58,9 @@ def test_the_programs_for_the_ibm_pc_run_nearly_as_they_are_printed():
 # Programs that make moves
 
 
-@pytest.mark.parametrize(
-    ("program", "form", "line"),
-    [(2, "V61", "2400 8N2"), (4, "U61", "2400 8N2"), (5, "U62", "4800 8N2")],
-    ids=["2-nec-2400", "4-epson-2400", "5-epson-4800-echo"],
-)
+@pytest.mark.parametrize(("program", "form", "line"), [
+    (2, "V61", "2400 8N2"), (4, "U61", "2400 8N2"), (5, "U62", "4800 8N2")
+], ids=["2-nec-2400", "4-epson-2400", "5-epson-4800-echo"])  # fmt: skip
 def test_the_index_loop_moves_x_forth_and_ten_times_back_and_forth(program, form, line, tmp_path):
     session = perform(program, form, tmp_path, line=line)
     session.bench.run(2.0)  # the program ends as soon as it has sent the last move

@@ -100,69 +100,65 @@ def test_controllers_have_names_and_a_free_one_is_found():
         bench.add("if1", name="drill")
 
 
-@pytest.mark.parametrize(
-    ("call", "message"),
-    [
-        ({"model": "if3"}, "no model 'if3': expected one of if1, if2"),
-        ({"model": "fi1"}, "expected one of if1, if2, 1810, 1811, smartmotor; did you mean 'if1'?"),
-        ({"model": "Smart-Motr"}, "did you mean 'smartmotor'?"),
-        ({"model": 1811}, "no model 1811: expected one of if1, if2, 1810, 1811, smartmotor; did you mean '1811'?"),
-        ({"model": "if1", "name": 5}, "invalid name 5: expected letters, digits, _ and -, e.g. table"),
-        ({"model": "if2", "name": "../a", "state": "b"}, "invalid name '../a': expected letters, digits, _ and -"),
-        ({"model": "if2", "state": 5}, "invalid state=5: expected a directory, e.g. './state'"),
-        ({"model": "if2", "state": "x" * 300}, "(file name too long): choose another directory"),
-        ({"model": "if1", "history": 10**30}, "invalid option history: a whole number has more than 64 bits: expected"),
-        ({"model": "1811", "step_ms": 10**5000}, "invalid option step_ms: a whole number has more than 64 bits"),
-        (
-            {"model": "smartmotor", "shaft": {"load": {"gravity_torque_nm": 10**400}}},
-            "invalid option shaft.load.gravity_torque_nm: a whole number has more than 64 bits",
-        ),
-        ({"model": "if1", "strobe_ms": 1e-9}, "strobe_ms=1e-09: expected a number from 0.001 to 60"),
-        ({"model": "1811", "step_ms": 1e-9}, "step_ms=1e-09: expected a number from 0.001 to 60000"),
-        ({"model": "1811", "interrupts": 1e308}, "interrupts=1e+308: expected a list, e.g. ['message_ready']"),
-        ({"model": "1811", "interrupts": "failed"}, "interrupts='failed': expected a list, e.g. ['message_ready']"),
-        ({"model": "1811", "part_number": 5.0}, "part_number=5.0: expected 13 or 14 characters, e.g. 94-003657-01A"),
-        ({"model": "if1", "X": {"encoder": {"counts": 5}}}, "unknown parameter 'counts' of the encoder: expected one"),
-        ({"model": "if1", "X": {"encoder": {"backlash": 0.5}}}, "backlash=0.5 of the encoder: expected a whole number"),
-        ({"model": "if1", "X": {"load": {"torque": True}}}, "invalid torque=True of the load: expected a number from"),
-        ({"model": "if1", "X": {"motor": {"torque": [[float("nan"), 1]]}}}, "number nan of the torque curve"),
-        ({"model": "if1", "X": {"motor": {"torque": 5}}}, "expected pairs (pulses/s, N·m), e.g. [[0, 1.2]"),
-        ({"model": "if1", "speed": 1}, "if1 has no option 'speed': expected one of X, Y, Z, wiring"),
-        ({"model": "if1", "X": {"limit": 1}}, "axis X has no option 'limit': expected one of limits, home"),
-        ({"model": "if1", "X": {"home": (0, 1)}}, "if1 has no home input"),
-        ({"model": "if1", "wiring": "7-wire"}, "expected one of '5-wire', '3-wire'"),
-        ({"model": "if1", "recalculation_s": -1}, "recalculation_s=-1: expected a number from 0 to 60"),
-        (
-            {"model": "if1", "line": "9600 9N1"},
-            "invalid baud rate or character format '9600 9N1': expected e.g. '9600 8N2', or 'instant'",
-        ),
-        (
-            {"model": "if1", "line": "96 8"},
-            "invalid baud rate or character format '96 8': expected e.g. '9600 8N2', or 'instant'",
-        ),
-        ({"model": "if1", "X": {"motor": {"pull_in": 3}}}, "the motor of axis X needs `torque`: expected pairs"),
-        (
-            {"model": "if1", "X": {"motor": {"torque": [(9, 1), (3, 1)]}}},
-            "invalid option of axis X: invalid torque curve: expected pairs",
-        ),
-        (
-            {"model": "if1", "X": 5},
-            "invalid value 5 for axis X: expected a table of options, e.g. X={ limits = [-100, 5000] }",
-        ),
-        ({"model": "if1", "X": {"motor": 1}}, "invalid option of axis X: "),
-        (
-            {"model": "if1", "X": {"limits": "foo"}},
-            "invalid limits='foo' of axis X: expected two positions, e.g. [-100, 5000]",
-        ),
-        ({"model": "if1", "X": {"limits": (5, -1)}}, "invalid limits=(5, -1) of axis X: expected two positions"),
-        ({"model": "if1", "X": {"limits": (0, 1, 2)}}, "invalid limits=(0, 1, 2) of axis X: expected two positions"),
-        ({"model": "if1", "history": 0}, "history=0: expected a number of moves, from 2 to 1000000000"),
-        (
-            {"model": "if1", "X": {"encoder": {"pulses_per_rev": 0}}},
-            "invalid option of axis X: invalid encoder: counts_per_rev must not be 0, pulses_per_rev must be above 0",
-        ),
-    ],
-)
+@pytest.mark.parametrize(("call", "message"), [
+    ({"model": "if3"}, "no model 'if3': expected one of if1, if2"),
+    ({"model": "fi1"}, "expected one of if1, if2, 1810, 1811, smartmotor; did you mean 'if1'?"),
+    ({"model": "Smart-Motr"}, "did you mean 'smartmotor'?"),
+    ({"model": 1811}, "no model 1811: expected one of if1, if2, 1810, 1811, smartmotor; did you mean '1811'?"),
+    ({"model": "if1", "name": 5}, "invalid name 5: expected letters, digits, _ and -, e.g. table"),
+    ({"model": "if2", "name": "../a", "state": "b"}, "invalid name '../a': expected letters, digits, _ and -"),
+    ({"model": "if2", "state": 5}, "invalid state=5: expected a directory, e.g. './state'"),
+    ({"model": "if2", "state": "x" * 300}, "(file name too long): choose another directory"),
+    ({"model": "if1", "history": 10**30}, "invalid option history: a whole number has more than 64 bits: expected"),
+    ({"model": "1811", "step_ms": 10**5000}, "invalid option step_ms: a whole number has more than 64 bits"),
+    (
+        {"model": "smartmotor", "shaft": {"load": {"gravity_torque_nm": 10**400}}},
+        "invalid option shaft.load.gravity_torque_nm: a whole number has more than 64 bits",
+    ),
+    ({"model": "if1", "strobe_ms": 1e-9}, "strobe_ms=1e-09: expected a number from 0.001 to 60"),
+    ({"model": "1811", "step_ms": 1e-9}, "step_ms=1e-09: expected a number from 0.001 to 60000"),
+    ({"model": "1811", "interrupts": 1e308}, "interrupts=1e+308: expected a list, e.g. ['message_ready']"),
+    ({"model": "1811", "interrupts": "failed"}, "interrupts='failed': expected a list, e.g. ['message_ready']"),
+    ({"model": "1811", "part_number": 5.0}, "part_number=5.0: expected 13 or 14 characters, e.g. 94-003657-01A"),
+    ({"model": "if1", "X": {"encoder": {"counts": 5}}}, "unknown parameter 'counts' of the encoder: expected one"),
+    ({"model": "if1", "X": {"encoder": {"backlash": 0.5}}}, "backlash=0.5 of the encoder: expected a whole number"),
+    ({"model": "if1", "X": {"load": {"torque": True}}}, "invalid torque=True of the load: expected a number from"),
+    ({"model": "if1", "X": {"motor": {"torque": [[float("nan"), 1]]}}}, "number nan of the torque curve"),
+    ({"model": "if1", "X": {"motor": {"torque": 5}}}, "expected pairs (pulses/s, N·m), e.g. [[0, 1.2]"),
+    ({"model": "if1", "speed": 1}, "if1 has no option 'speed': expected one of X, Y, Z, wiring"),
+    ({"model": "if1", "X": {"limit": 1}}, "axis X has no option 'limit': expected one of limits, home"),
+    ({"model": "if1", "X": {"home": (0, 1)}}, "if1 has no home input"),
+    ({"model": "if1", "wiring": "7-wire"}, "expected one of '5-wire', '3-wire'"),
+    ({"model": "if1", "recalculation_s": -1}, "recalculation_s=-1: expected a number from 0 to 60"),
+    (
+        {"model": "if1", "line": "9600 9N1"},
+        "invalid baud rate or character format '9600 9N1': expected e.g. '9600 8N2', or 'instant'",
+    ),
+    (
+        {"model": "if1", "line": "96 8"},
+        "invalid baud rate or character format '96 8': expected e.g. '9600 8N2', or 'instant'",
+    ),
+    ({"model": "if1", "X": {"motor": {"pull_in": 3}}}, "the motor of axis X needs `torque`: expected pairs"),
+    (
+        {"model": "if1", "X": {"motor": {"torque": [(9, 1), (3, 1)]}}},
+        "invalid option of axis X: invalid torque curve: expected pairs",
+    ),
+    (
+        {"model": "if1", "X": 5},
+        "invalid value 5 for axis X: expected a table of options, e.g. X={ limits = [-100, 5000] }",
+    ),
+    ({"model": "if1", "X": {"motor": 1}}, "invalid option of axis X: "),
+    (
+        {"model": "if1", "X": {"limits": "foo"}},
+        "invalid limits='foo' of axis X: expected two positions, e.g. [-100, 5000]",
+    ),
+    ({"model": "if1", "X": {"limits": (5, -1)}}, "invalid limits=(5, -1) of axis X: expected two positions"),
+    ({"model": "if1", "X": {"limits": (0, 1, 2)}}, "invalid limits=(0, 1, 2) of axis X: expected two positions"),
+    ({"model": "if1", "history": 0}, "history=0: expected a number of moves, from 2 to 1000000000"),
+    (
+        {"model": "if1", "X": {"encoder": {"pulses_per_rev": 0}}},
+        "invalid option of axis X: invalid encoder: counts_per_rev must not be 0, pulses_per_rev must be above 0",
+    )])  # fmt: skip
 def test_wrong_options_are_told_in_one_line(call, message):
     with pytest.raises(AxistwinError) as caught:
         Bench().add(**call)
@@ -186,11 +182,9 @@ def test_the_host_states_its_own_format_and_lines():
     assert (host.baudrate, host.bytesize, host.dtr) == (2400, 7, False)
 
 
-@pytest.mark.parametrize(
-    ("text", "shown", "instant"),
-    [("9600 8N2", "9600 8N2", False), ("7e1", "9600 7E1", False), ("300", "300 8N2", False),
-     ("instant", "9600 8N2", True), ("1200,7O1.5,instant", "1200 7O1.5", True), ("", "9600 8N2", False)],
-)  # fmt: skip
+@pytest.mark.parametrize(("text", "shown", "instant"), [
+    ("9600 8N2", "9600 8N2", False), ("7e1", "9600 7E1", False), ("300", "300 8N2", False),
+    ("instant", "9600 8N2", True), ("1200,7O1.5,instant", "1200 7O1.5", True), ("", "9600 8N2", False)])  # fmt: skip
 def test_a_line_format_is_written_in_a_few_words(text, shown, instant):
     serial = Bench().add("if1", line=text).serial
     assert (str(serial.host.format), serial.instant) == (shown, instant)

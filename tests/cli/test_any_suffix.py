@@ -10,12 +10,10 @@ from axistwin.core.errors import UsageError
 from ..command import run
 
 
-@pytest.mark.parametrize(
-    ("model", "text", "moved"),
-    [("if1", "X100$\n", "X 0 → 100"), ("if1", ">2@50000\nX100$\n", "X 0 → 100"),
-     ("1811", "31 00 00 00 00 27 10 00 00 27 10\n33 00 00 00 64\n", "motor 0 → 100"),
-     ("SmartMotor", "UCI UDI ZS A=100 V=100000 P=200 G TWAIT END\n", "shaft 0 → 200")],
-)  # fmt: skip
+@pytest.mark.parametrize(("model", "text", "moved"), [
+    ("if1", "X100$\n", "X 0 → 100"), ("if1", ">2@50000\nX100$\n", "X 0 → 100"),
+    ("1811", "31 00 00 00 00 27 10 00 00 27 10\n33 00 00 00 64\n", "motor 0 → 100"),
+    ("SmartMotor", "UCI UDI ZS A=100 V=100000 P=200 G TWAIT END\n", "shaft 0 → 200")])  # fmt: skip
 def test_a_program_of_the_model_may_have_any_name(tmp_path, model, text, moved):
     for name in ("moves.txt", "moves", "MOVES.PRG"):
         file = tmp_path / name
@@ -63,15 +61,9 @@ def test_a_program_may_come_by_the_standard_input(command):
     assert "axistwin check if1 -" in done.err or command[0] == "check"
 
 
-@pytest.mark.parametrize(
-    ("arguments", "text"),
-    [
-        (("if1",), "> (U61\\r\n> x\\r\n"),
-        (("1811",), "; model: 1811\n+1\n> 33 00 00 00 01\n+1\n"),
-        ((), "; model: if1\n> (U61\\r\n> x\\r\n"),
-        (("smartmotor",), "+1\nsmartmotor: > FLY\\r\n"),
-    ],
-)
+@pytest.mark.parametrize(("arguments", "text"), [
+    (("if1",), "> (U61\\r\n> x\\r\n"), (("1811",), "; model: 1811\n+1\n> 33 00 00 00 01\n+1\n"),
+    ((), "; model: if1\n> (U61\\r\n> x\\r\n"), (("smartmotor",), "+1\nsmartmotor: > FLY\\r\n")])  # fmt: skip
 def test_a_conversation_is_recognised_by_its_lines(arguments, text, tmp_path):
     (tmp_path / "a.txt").write_text(text)
     by_input, by_file = run("check", *arguments, "-", typed=text), run("check", *arguments, tmp_path / "a.txt")

@@ -69,17 +69,13 @@ def test_every_command_has_a_module(command):
     assert COMMANDS[command].load().name == command
 
 
-@pytest.mark.parametrize(
-    ("how", "code"),
-    [
-        (None, 0),
-        (1, 1),
-        (UsageError("no such thing: choose another"), 2),
-        (LinkError("port 5001 is taken"), 2),
-        (ProgramError("no such step", file="a.if1", line=3, column=7), 1),
-        (KeyboardInterrupt(), 130),
-    ],
-)
+@pytest.mark.parametrize(("how", "code"), [
+    (None, 0),
+    (1, 1),
+    (UsageError("no such thing: choose another"), 2),
+    (LinkError("port 5001 is taken"), 2),
+    (ProgramError("no such step", file="a.if1", line=3, column=7), 1),
+    (KeyboardInterrupt(), 130)])  # fmt: skip
 def test_exit_codes(ending, capsys, how, code):
     assert ending(how) == code
     out, err = capsys.readouterr()
@@ -144,19 +140,15 @@ def test_an_output_that_cannot_be_written_is_one_line(arguments):
     assert (ended.returncode, ended.stderr) == (1, "axistwin: the output cannot be written: no space left on device\n")
 
 
-@pytest.mark.parametrize(
-    ("arguments", "words"),
-    [
-        (["run", "if1", "a.if1", "--for", "nan"], "'nan' is not a number"),
-        (["run", "if1", "a.if1", "--option", "state=/x"], "use --state"),
-        (["run", "if1", "a.if1", "--option", "X=5"], "invalid value 5 for axis X: expected a table of options"),
-        (
-            ["run", "if1", "a.if1", "--option", "X=5", "--option", "X.limits=[0,1]"],
-            "--option X.limits=[0,1] conflicts with an earlier --option for X: remove one of the two",
-        ),
-        (["run", "if1", "a.smx"], "a.smx is a compiled SmartMotor program"),
-    ],
-)
+@pytest.mark.parametrize(("arguments", "words"), [
+    (["run", "if1", "a.if1", "--for", "nan"], "'nan' is not a number"),
+    (["run", "if1", "a.if1", "--option", "state=/x"], "use --state"),
+    (["run", "if1", "a.if1", "--option", "X=5"], "invalid value 5 for axis X: expected a table of options"),
+    (
+        ["run", "if1", "a.if1", "--option", "X=5", "--option", "X.limits=[0,1]"],
+        "--option X.limits=[0,1] conflicts with an earlier --option for X: remove one of the two",
+    ),
+    (["run", "if1", "a.smx"], "a.smx is a compiled SmartMotor program")])  # fmt: skip
 def test_wrong_usage_is_told_in_one_line_and_ends_with_2(arguments, words, tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "a.if1").write_text("X1$\n")

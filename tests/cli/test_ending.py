@@ -56,16 +56,12 @@ async def undone():
     json.loads("{")
 
 
-@pytest.mark.parametrize(
-    "what",
-    [
-        lambda loop, _: loop.call_soon(json.loads, "{"),
-        lambda loop, _: loop.call_soon(People().rename, None, "a name for nobody"),
-        lambda loop, _: loop.create_task(undone()) and None,
-        lambda loop, _: loop.call_exception_handler({"message": "something odd"}),
-    ],
-    ids=["framework", "panel", "task", "no error"],
-)
+@pytest.mark.parametrize("what", [
+    lambda loop, _: loop.call_soon(json.loads, "{"),
+    lambda loop, _: loop.call_soon(People().rename, None, "a name for nobody"),
+    lambda loop, _: loop.create_task(undone()) and None,
+    lambda loop, _: loop.call_exception_handler({"message": "something odd"})
+], ids=["framework", "panel", "task", "no error"])  # fmt: skip
 def test_a_defect_of_somebody_else_is_reported_with_its_traceback(caplog, what):
     with caplog.at_level(logging.ERROR, "axistwin"):
         assert raised(what) is None

@@ -54,26 +54,21 @@ TUNE = ("tune", "scene.toml", "--change", "table.X.limits.1=5000..6000", "--mini
         "--trials", "1", "--for", "0.01", "--workers", "0")  # fmt: skip
 
 
-@pytest.mark.parametrize(
-    "words",
-    [
-        *(("run", "if1", "a.if1", "--trace", f"out.{kind}") for kind in ("csv", "vcd", "sigrok.vcd", "parquet")),
-        ("run", "if1", "a.if1", "--plot", "out.svg"),
-        ("run", "if1", "a.if1", "--plot", "out.png"),
-        ("run", "if1", "a.if1", "--report", "out.html"),
-        ("run", "if2", "a.if1", "--state", "out"),
-        ("plot", "a.csv", "-o", "out.svg"),
-        ("diff", "a.csv", "b.csv", "--plot", "out.png"),
-        (*SWEEP, "--out", "out.parquet"),
-        (*TUNE, "--out", "out.db"),
-        ("fmu", "scene.toml", "-o", "out.fmu"),
-        ("new", "out", "--yes"),
-        ("examples", "drill", "out"),
-        ("docs", "--out", "out"),
-        ("check", "wrong.if1", "--fix"),
-    ],
-    ids=lambda words: " ".join(words[:1] + words[-1:]),
-)
+@pytest.mark.parametrize("words", [
+    *(("run", "if1", "a.if1", "--trace", f"out.{kind}") for kind in ("csv", "vcd", "sigrok.vcd", "parquet")),
+    ("run", "if1", "a.if1", "--plot", "out.svg"),
+    ("run", "if1", "a.if1", "--plot", "out.png"),
+    ("run", "if1", "a.if1", "--report", "out.html"),
+    ("run", "if2", "a.if1", "--state", "out"),
+    ("plot", "a.csv", "-o", "out.svg"),
+    ("diff", "a.csv", "b.csv", "--plot", "out.png"),
+    (*SWEEP, "--out", "out.parquet"),
+    (*TUNE, "--out", "out.db"),
+    ("fmu", "scene.toml", "-o", "out.fmu"),
+    ("new", "out", "--yes"),
+    ("examples", "drill", "out"),
+    ("docs", "--out", "out"),
+    ("check", "wrong.if1", "--fix")], ids=lambda words: " ".join(words[:1] + words[-1:]))  # fmt: skip
 def test_a_full_disk(files, words):
     for extra in {"fmu": ["pythonfmu3"], "tune": ["optuna"]}.get(words[0], []):
         pytest.importorskip(extra)
@@ -121,10 +116,8 @@ def test_the_report_of_a_probe(files, monkeypatch):
     assert (done.code, done.err) == (1, "axistwin: out.json cannot be written: file too large\n")
 
 
-@pytest.mark.parametrize(
-    ("size", "what"),
-    [(20, ("if2", "--trace", "out.csv")), (0, ("if2", "--record", "out.talk")), (100, ("motor.toml",))],
-)
+@pytest.mark.parametrize(("size", "what"), [
+    (20, ("if2", "--trace", "out.csv")), (0, ("if2", "--record", "out.talk")), (100, ("motor.toml",))])  # fmt: skip
 def test_a_server(files, size, what):
     """A server goes on without its file, and tells the end in its exit code."""
     motor(files)

@@ -100,27 +100,23 @@ def test_a_conversation():
     assert play(parse(TALK), bench) is None
 
 
-@pytest.mark.parametrize(
-    ("line", "words"),
-    [
-        ("! A 2,5V", "invalid level '2,5V': expected high, on, low, off, release or a voltage, e.g. 2.5V"),
-        ("! A 24V", "voltage 24V would destroy the pin: expected 0 to 5 V"),
+@pytest.mark.parametrize(("line", "words"), [
+    ("! A 2,5V", "invalid level '2,5V': expected high, on, low, off, release or a voltage, e.g. 2.5V"),
+    ("! A 24V", "voltage 24V would destroy the pin: expected 0 to 5 V"),
+    (
+        "! master 4000",
         (
-            "! master 4000",
-            (
-                "invalid value '4000' of the action `! master` (external encoder): "
-                "expected `COUNTS in SECONDS` or `on CONTROLLER.AXIS times RATIO`, e.g. `4000 in 2`"
-            ),
+            "invalid value '4000' of the action `! master` (external encoder): "
+            "expected `COUNTS in SECONDS` or `on CONTROLLER.AXIS times RATIO`, e.g. `4000 in 2`"
         ),
-        ("! ambient hot", "'hot' is not a number"),
-        ("! dtr low", "unknown name 'dtr': expected one of A, B, C, D, E, F, G, brake, index, power, break, line"),
-        ("= dtr low", "unknown name 'dtr'"),
-        ("= shaft.pulses 3", "unknown name 'shaft.pulses'"),
-        ("= brake.volts 3", "unknown name 'brake.volts'"),
-        ("chain: > RP", "unknown controller 'chain': expected one of smartmotor"),
-        ("nobody.rs485: > RP", "no controller 'nobody.rs485' on the bench: expected one of smartmotor"),
-    ],
-)
+    ),
+    ("! ambient hot", "'hot' is not a number"),
+    ("! dtr low", "unknown name 'dtr': expected one of A, B, C, D, E, F, G, brake, index, power, break, line"),
+    ("= dtr low", "unknown name 'dtr'"),
+    ("= shaft.pulses 3", "unknown name 'shaft.pulses'"),
+    ("= brake.volts 3", "unknown name 'brake.volts'"),
+    ("chain: > RP", "unknown controller 'chain': expected one of smartmotor"),
+    ("nobody.rs485: > RP", "no controller 'nobody.rs485' on the bench: expected one of smartmotor")])  # fmt: skip
 def test_what_a_motor_does_not_have_is_told_before_anything_is_done(line, words):
     bench, _ = motor_on_a_bench()
     with pytest.raises(ProgramError, match=re.escape(words)):
@@ -327,10 +323,9 @@ def test_a_program_on_a_line_that_the_motor_does_not_understand(tmp_path):
     assert "the motor did not send the byte 06 after LOAD: check that the motor uses the line format 1200 7E1" in told
 
 
-@pytest.mark.parametrize(
-    ("model", "name", "models"),
-    [("if1", "p.sms", "smartmotor"), ("1811", "p.if1", "if1 or if2"), ("smartmotor", "p.181x", "1810 or 1811")],
-)
+@pytest.mark.parametrize(("model", "name", "models"), [
+    ("if1", "p.sms", "smartmotor"), ("1811", "p.if1", "if1 or if2"), ("smartmotor", "p.181x", "1810 or 1811")
+])  # fmt: skip
 def test_a_program_is_checked_for_its_own_family(tmp_path, model, name, models):
     (tmp_path / name).write_text("END\n")
     code, _, told = run("check", model, tmp_path / name)

@@ -151,14 +151,11 @@ def test_the_controllers_control_lines_are_seen(tmp_path):
     assert [act.value for act in load(path).acts if isinstance(act, Expect) and act.subject == "dtr"] == ["low"]
 
 
-@pytest.mark.parametrize(
-    ("arguments", "words"),
-    [
-        (["--serial", "/dev/nothing/here"], "cannot open /dev/nothing/here ("),
-        (["--serial", "socket://127.0.0.1:1", "--model", "1811"], "the model 1811 has no serial port to record"),
-        (["--serial", "socket://127.0.0.1:1", "--line", "quick"], "invalid baud rate or character format 'quick'"),
-    ],
-)
+@pytest.mark.parametrize(("arguments", "words"), [
+    (["--serial", "/dev/nothing/here"], "cannot open /dev/nothing/here ("),
+    (["--serial", "socket://127.0.0.1:1", "--model", "1811"], "the model 1811 has no serial port to record"),
+    (["--serial", "socket://127.0.0.1:1", "--line", "quick"], "invalid baud rate or character format 'quick'")
+])  # fmt: skip
 def test_wrong_usage_is_one_line(arguments, words, tmp_path):
     code, message = refused("record", *arguments, "-o", tmp_path / "a.talk")
     assert (code, message.count("\n")) == (2, 1)

@@ -182,27 +182,23 @@ def test_a_trace_ends_at_its_limit_and_the_run_continues(axistwin):
     assert Path("a.csv").stat().st_size > 5_000
 
 
-@pytest.mark.parametrize(
-    ("arguments", "words"),
-    [
-        (
-            ("if1", "a.if1", "--report", "a.pdf"),
-            "'a.pdf' is not a name for a report: expected a name that ends in .html",
-        ),
-        (("if1", "a.if1", "--report", "no/where.html"), "no/where.html cannot be written"),
-        (("if1", "a.if1", "--trace-limit", "much"), "invalid size 'much': expected a size or none, e.g. 200MB"),
-        (("if1", "none.if1"), "none.if1 cannot be read: No such file"),
-        (("if9", "a.if1"), "no model 'if9'"),
-        (("if1", "a.if1", "--option", "wires=3"), "no option 'wires'"),
-        (("if1", "a.if1", "--option", "wires"), "NAME=VALUE"),
-        (("if1", "a.if1", "--plot", "a.pdf"), ".svg or .png"),
-        (("if1", "a.if1", "--trace", "a.txt"), ".sigrok.vcd or .parquet"),
-        (("if1", "a.if1", "--trace", "no/where.csv"), "no/where.csv cannot be written"),
-        (("if1", "a.if1", "--for", "-1"), "Invalid value for '--for'"),
-        (("a.toml", "a.if1", "--state", "x"), "make these settings in the scene file"),
-        (("if1",), "the PROGRAM is missing: expected a file for an IF1"),
-    ],
-)
+@pytest.mark.parametrize(("arguments", "words"), [
+    (
+        ("if1", "a.if1", "--report", "a.pdf"),
+        "'a.pdf' is not a name for a report: expected a name that ends in .html",
+    ),
+    (("if1", "a.if1", "--report", "no/where.html"), "no/where.html cannot be written"),
+    (("if1", "a.if1", "--trace-limit", "much"), "invalid size 'much': expected a size or none, e.g. 200MB"),
+    (("if1", "none.if1"), "none.if1 cannot be read: No such file"),
+    (("if9", "a.if1"), "no model 'if9'"),
+    (("if1", "a.if1", "--option", "wires=3"), "no option 'wires'"),
+    (("if1", "a.if1", "--option", "wires"), "NAME=VALUE"),
+    (("if1", "a.if1", "--plot", "a.pdf"), ".svg or .png"),
+    (("if1", "a.if1", "--trace", "a.txt"), ".sigrok.vcd or .parquet"),
+    (("if1", "a.if1", "--trace", "no/where.csv"), "no/where.csv cannot be written"),
+    (("if1", "a.if1", "--for", "-1"), "Invalid value for '--for'"),
+    (("a.toml", "a.if1", "--state", "x"), "make these settings in the scene file"),
+    (("if1",), "the PROGRAM is missing: expected a file for an IF1")])  # fmt: skip
 def test_wrong_usage(axistwin, arguments, words):
     Path("a.if1").write_text("X1$\n")
     code, out, err = axistwin(*arguments)
@@ -251,15 +247,11 @@ LOOP = "31 00 00 00 00 61 A8 00 03 D0 90\nD9 01\n21 01\n33 00 00 10 00\nD8\n41 0
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(
-    ("name", "text", "says", "followed", "options"),
-    [
-        ("a.if1", "XG$\n", "X still running: run longer with --for SECONDS", "XG$\n", ("--for", "5")),
-        ("a.if1", ENDLESS, "stopped after 3600 s, set another time with --for SECONDS", ENDLESS, ("--for", "5")),
-        ("a.if1", f"{ENDLESS}#\n", "write +SECONDS above line 2 to send line 2", f"{ENDLESS}+2\n#\n", ()),
-        ("a.181x", f"{LOOP}71\n", "write +SECONDS above line 7 to send line 7", f"{LOOP}+2\n71\n", ()),
-    ],
-)
+@pytest.mark.parametrize(("name", "text", "says", "followed", "options"), [
+    ("a.if1", "XG$\n", "X still running: run longer with --for SECONDS", "XG$\n", ("--for", "5")),
+    ("a.if1", ENDLESS, "stopped after 3600 s, set another time with --for SECONDS", ENDLESS, ("--for", "5")),
+    ("a.if1", f"{ENDLESS}#\n", "write +SECONDS above line 2 to send line 2", f"{ENDLESS}+2\n#\n", ()),
+    ("a.181x", f"{LOOP}71\n", "write +SECONDS above line 7 to send line 7", f"{LOOP}+2\n71\n", ())])  # fmt: skip
 def test_what_a_note_says_leads_out(axistwin, name, text, says, followed, options):
     model = {".if1": "if1", ".181x": "1811"}[Path(name).suffix]
     Path(name).write_text(text)

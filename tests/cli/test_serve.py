@@ -161,17 +161,14 @@ def test_a_port_in_use_is_one_line():
     )
 
 
-@pytest.mark.parametrize(
-    ("arguments", "words"),
-    [
-        (["if9"], "no model 'if9'"),
-        (["if1", "--speed", "fast"], "invalid speed 'fast'"),
-        (["if1", "--port", "ftp://x"], "invalid port URL 'ftp://x'"),
-        (["if1", "--line", "quick"], "invalid baud rate or character format 'quick'"),
-        (["if1", "--option", "colour=red"], "no option 'colour'"),
-        (["no.toml", "--line", "instant"], "cannot be used with a scene: make these settings in the scene file"),
-    ],
-)
+@pytest.mark.parametrize(("arguments", "words"), [
+    (["if9"], "no model 'if9'"),
+    (["if1", "--speed", "fast"], "invalid speed 'fast'"),
+    (["if1", "--port", "ftp://x"], "invalid port URL 'ftp://x'"),
+    (["if1", "--line", "quick"], "invalid baud rate or character format 'quick'"),
+    (["if1", "--option", "colour=red"], "no option 'colour'"),
+    (["no.toml", "--line", "instant"], "cannot be used with a scene: make these settings in the scene file")
+])  # fmt: skip
 def test_wrong_usage_is_one_line(arguments, words):
     code, message = refused("serve", *arguments)
     assert code == 2
@@ -234,35 +231,32 @@ def test_the_lines_for_hosts_are_shown_with_each_port():
             assert host.read(2) == b"U\r"
 
 
-@pytest.mark.parametrize(
-    ("url", "expected"),
-    [
-        (
-            PortUrl("rfc2217", "127.0.0.1", 2217),
-            [
-                'serial.serial_for_url("rfc2217://127.0.0.1:2217", baudrate=9600, bytesize=8, parity="N", stopbits=2,',
-                'drvAsynIPPortConfigure("if1", "127.0.0.1:2217 COM", 0, 0, 0)',
-                'asynSetOption("if1", 0, "baud", "9600")',
-                'asynOctetSetInputEos("if1", 0, "\\r")',
-            ],
-        ),
-        (
-            PortUrl("pty", path="/tmp/if1"),
-            [
-                'serial.Serial("/tmp/if1", baudrate=9600, bytesize=8, parity="N", stopbits=2, timeout=2)',
-                'open_resource("ASRL/tmp/if1::INSTR", baud_rate=9600, ',
-                'drvAsynSerialPortConfigure("if1", "/tmp/if1", 0, 0, 0)',
-                'asynSetOption("if1", 0, "stop", "2")',
-            ],
-        ),
-        (
-            PortUrl("tcp", "127.0.0.1", 5001),
-            ["TCPIP0::127.0.0.1::5001::SOCKET", 'drvAsynIPPortConfigure("if1", "127.0.0.1:5001", 0, 0, 0)'],
-        ),
-        (PortUrl("tcp", "0.0.0.0", 5001), [f"TCPIP0::{socket.gethostname()}::5001::SOCKET"]),
-        (PortUrl("serial", path="/dev/ttyUSB0", baud=2400), ["2400 baud, 8 data bits,", "parity N, 2 stop bits"]),
-    ],
-)
+@pytest.mark.parametrize(("url", "expected"), [
+    (
+        PortUrl("rfc2217", "127.0.0.1", 2217),
+        [
+            'serial.serial_for_url("rfc2217://127.0.0.1:2217", baudrate=9600, bytesize=8, parity="N", stopbits=2,',
+            'drvAsynIPPortConfigure("if1", "127.0.0.1:2217 COM", 0, 0, 0)',
+            'asynSetOption("if1", 0, "baud", "9600")',
+            'asynOctetSetInputEos("if1", 0, "\\r")',
+        ],
+    ),
+    (
+        PortUrl("pty", path="/tmp/if1"),
+        [
+            'serial.Serial("/tmp/if1", baudrate=9600, bytesize=8, parity="N", stopbits=2, timeout=2)',
+            'open_resource("ASRL/tmp/if1::INSTR", baud_rate=9600, ',
+            'drvAsynSerialPortConfigure("if1", "/tmp/if1", 0, 0, 0)',
+            'asynSetOption("if1", 0, "stop", "2")',
+        ],
+    ),
+    (
+        PortUrl("tcp", "127.0.0.1", 5001),
+        ["TCPIP0::127.0.0.1::5001::SOCKET", 'drvAsynIPPortConfigure("if1", "127.0.0.1:5001", 0, 0, 0)'],
+    ),
+    (PortUrl("tcp", "0.0.0.0", 5001), [f"TCPIP0::{socket.gethostname()}::5001::SOCKET"]),
+    (PortUrl("serial", path="/dev/ttyUSB0", baud=2400), ["2400 baud, 8 data bits,", "parity N, 2 stop bits"])
+])  # fmt: skip
 def test_the_lines_fit_the_port(url, expected):
     shown = "\n".join(lines("if1", url, LINE))
     for part in expected:

@@ -19,25 +19,17 @@ from axistwin.cli.program import COMMANDS, axistwin, main
 from ..command import PATIENCE_S, ended, refused, run, running
 
 
-@pytest.mark.parametrize(
-    ("word", "message"),
-    [
-        ("rnu", "no command 'rnu': did you mean run?"),
-        ("Serve", "no command 'Serve': did you mean serve?"),
-        ("xyz", f"no command 'xyz': expected {', '.join(COMMANDS)}"),
-    ],
-)
+@pytest.mark.parametrize(("word", "message"), [
+    ("rnu", "no command 'rnu': did you mean run?"),
+    ("Serve", "no command 'Serve': did you mean serve?"),
+    ("xyz", f"no command 'xyz': expected {', '.join(COMMANDS)}")])  # fmt: skip
 def test_an_unknown_command(word, message):
     assert refused(word) == (2, f"axistwin: {message}\n")
 
 
-@pytest.mark.parametrize(
-    "words",
-    [
-        ("run", "if1", "no.if1"), ("run", "no.toml"), ("check", "no.toml"), ("check", "if1", "no.if1"),
-        ("serve", "no.toml"), ("plot", "no.csv"), ("diff", "no.csv", "no.vcd"), ("replay", "no.talk"),
-    ],
-)  # fmt: skip
+@pytest.mark.parametrize("words", [
+    ("run", "if1", "no.if1"), ("run", "no.toml"), ("check", "no.toml"), ("check", "if1", "no.if1"),
+    ("serve", "no.toml"), ("plot", "no.csv"), ("diff", "no.csv", "no.vcd"), ("replay", "no.talk")])  # fmt: skip
 def test_a_missing_file_is_wrong_usage_everywhere(words):
     code, message = refused(*words)
     assert code == 2
@@ -59,18 +51,14 @@ def test_errors_for_machines(tmp_path):
         assert error == {"exit_code": code, **rest}
 
 
-@pytest.mark.parametrize(
-    ("words", "message"),
-    [
-        (("run", "if1"), "the PROGRAM is missing: expected a file for an IF1"),
-        (("serve", "1811", "--tcp", ":0"), "1811 has no serial port: use its attribute `bus`"),
-        (("serve", "if2", "--bus", ":0"), "if2 has no bus port: use its serial port (attribute `serial`)"),
-        (
-            ("serve", "smartmotor", "--bus", ":0"),
-            "smartmotor has no bus port: use its serial port (attribute `serial`)",
-        ),
-    ],
-)
+@pytest.mark.parametrize(("words", "message"), [
+    (("run", "if1"), "the PROGRAM is missing: expected a file for an IF1"),
+    (("serve", "1811", "--tcp", ":0"), "1811 has no serial port: use its attribute `bus`"),
+    (("serve", "if2", "--bus", ":0"), "if2 has no bus port: use its serial port (attribute `serial`)"),
+    (
+        ("serve", "smartmotor", "--bus", ":0"),
+        "smartmotor has no bus port: use its serial port (attribute `serial`)",
+    )])  # fmt: skip
 def test_models_have_their_article(words, message):
     assert message in run(*words).err
 

@@ -23,46 +23,42 @@ def check(tmp_path, capsys):
     return check
 
 
-@pytest.mark.parametrize(
-    ("lines", "found"),
-    [
-        (["02"], "1:1 error no command 02"),
-        (["33 00"], "1:4 error go_relative (33) has 1 parameter byte: expected 4"),
-        (["70 00 00 01"], "1:10 error surplus byte 01: expected 00 after the 0 bytes of the parameters"),
-        (["08 08"], "1:4 error 08 is out of range: expected bits 0…7"),
-        ([f"{DEFAULT[:-1]}0", "33 80 00 00 00"], "2:4 error 80 00 00 00 is out of range"),
-        (["set_user_bit 3"], "1:14 error invalid bit '3'"),
-        (["nonsense"], "1:1 error no command 'nonsense'"),
-        (["FE"], "1:1 warning"),
-        (["D9 01", "70", "D8"], "2:1 error stop (70) is not allowed in a sequence"),
-        (["wait_seconds 2"], "1:1 error wait_seconds (2A) is valid in a sequence only"),
-        (["D9 01", "repeat 3 2", "repeat 1 2", "83", "83", "D8"], "3:1 error ignored: loops cannot be nested"),
-        (["D9 01", "repeat 3 2", "83", "D8"], "2:1 warning the loop repeats 3 commands, but 1 follow"),
-        (["D9 01", "83"], "1:1 warning the definition of this sequence never ends"),
-        (["D8"], "1:1 warning no sequence is being defined"),
-        (["40 07"], "1:4 error move 7 is not defined here"),
-        (["D9 01", "40 07", "D8", "41 01"], "2:4 error move 7 is not defined here"),
-        (["41 02"], "1:4 error sequence 2 is not defined here"),
-        (["33 00 00 00 01"], "1:1 error ignored: 31 (default velocity and acceleration)"),
-        ([DEFAULT, "39 00"], "2:1 error ignored: 38 (define home)"),
-        ([DEFAULT, "35 00 00 00 01"], "2:1 error ignored: B0 (ratio), B1 (resolution)"),
-        (
-            ["31 00 00 00 10 00 00 00 00 00 01"],
-            "1:10 error velocity 1048576 is beyond range 0: expected at most 546133",
-        ),
-        (["define_relative_move 51 00 1 1 1"], "1:22 error move 51 is not stored"),
-        (["E0" + " 00" * 12], "1:1 error velocity_distance_data (E0) is valid in a streaming mode only"),
-        ([VELOCITY_DISTANCE, "40 01"], "2:1 error perform_move (40) is not valid in a streaming mode"),
-        ([VELOCITY_DISTANCE, "E1" + " 00" * 14], "2:1 error ignored: data for mode 52, but the present mode is 51"),
-        ([VELOCITY_DISTANCE, "E0 10 00 00 01" + " 00" * 8], "2:4 error this pair lasts 0.0146 ms"),
-        (["53 01 04 00 00 00 00 00 02", "E3 01 7F FF" + " 00" * 12], "2:7 error 32767 pulses in 2 ms exceed the clock"),
-        ([VELOCITY_DISTANCE, "EE 7F FE 7C 01 01"], "2:10 error 7C cannot be in a marker"),
-        (
-            ["stop_on_trigger 1 on off", "interrupt_on_trigger 1 on"],
-            "2:1 error ignored: trigger 1 already has the function 74",
-        ),
-    ],
-)
+@pytest.mark.parametrize(("lines", "found"), [
+    (["02"], "1:1 error no command 02"),
+    (["33 00"], "1:4 error go_relative (33) has 1 parameter byte: expected 4"),
+    (["70 00 00 01"], "1:10 error surplus byte 01: expected 00 after the 0 bytes of the parameters"),
+    (["08 08"], "1:4 error 08 is out of range: expected bits 0…7"),
+    ([f"{DEFAULT[:-1]}0", "33 80 00 00 00"], "2:4 error 80 00 00 00 is out of range"),
+    (["set_user_bit 3"], "1:14 error invalid bit '3'"),
+    (["nonsense"], "1:1 error no command 'nonsense'"),
+    (["FE"], "1:1 warning"),
+    (["D9 01", "70", "D8"], "2:1 error stop (70) is not allowed in a sequence"),
+    (["wait_seconds 2"], "1:1 error wait_seconds (2A) is valid in a sequence only"),
+    (["D9 01", "repeat 3 2", "repeat 1 2", "83", "83", "D8"], "3:1 error ignored: loops cannot be nested"),
+    (["D9 01", "repeat 3 2", "83", "D8"], "2:1 warning the loop repeats 3 commands, but 1 follow"),
+    (["D9 01", "83"], "1:1 warning the definition of this sequence never ends"),
+    (["D8"], "1:1 warning no sequence is being defined"),
+    (["40 07"], "1:4 error move 7 is not defined here"),
+    (["D9 01", "40 07", "D8", "41 01"], "2:4 error move 7 is not defined here"),
+    (["41 02"], "1:4 error sequence 2 is not defined here"),
+    (["33 00 00 00 01"], "1:1 error ignored: 31 (default velocity and acceleration)"),
+    ([DEFAULT, "39 00"], "2:1 error ignored: 38 (define home)"),
+    ([DEFAULT, "35 00 00 00 01"], "2:1 error ignored: B0 (ratio), B1 (resolution)"),
+    (
+        ["31 00 00 00 10 00 00 00 00 00 01"],
+        "1:10 error velocity 1048576 is beyond range 0: expected at most 546133",
+    ),
+    (["define_relative_move 51 00 1 1 1"], "1:22 error move 51 is not stored"),
+    (["E0" + " 00" * 12], "1:1 error velocity_distance_data (E0) is valid in a streaming mode only"),
+    ([VELOCITY_DISTANCE, "40 01"], "2:1 error perform_move (40) is not valid in a streaming mode"),
+    ([VELOCITY_DISTANCE, "E1" + " 00" * 14], "2:1 error ignored: data for mode 52, but the present mode is 51"),
+    ([VELOCITY_DISTANCE, "E0 10 00 00 01" + " 00" * 8], "2:4 error this pair lasts 0.0146 ms"),
+    (["53 01 04 00 00 00 00 00 02", "E3 01 7F FF" + " 00" * 12], "2:7 error 32767 pulses in 2 ms exceed the clock"),
+    ([VELOCITY_DISTANCE, "EE 7F FE 7C 01 01"], "2:10 error 7C cannot be in a marker"),
+    (
+        ["stop_on_trigger 1 on off", "interrupt_on_trigger 1 on"],
+        "2:1 error ignored: trigger 1 already has the function 74",
+    )])  # fmt: skip
 def test_what_is_wrong(check, lines, found):
     (diagnostic,) = check(*lines)
     assert diagnostic.startswith(found)

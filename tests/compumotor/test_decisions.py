@@ -192,8 +192,7 @@ def test_81h_after_a_correction_has_the_sign_of_the_move(bench, way):
 @pytest.mark.parametrize(("ratio", "target", "begins"), [
     ((1, 2), 0x7FFF_FFFF, True), ((1, 2), -0x8000_0000, True), ((1, 1), 0x7FFF_FFFF, True),
     ((1, 1), -0x7FFF_FFFF, True), ((1, 1), -0x8000_0000, False), ((2, 1), 0x3FFF_FFFF, True),
-    ((2, 1), 0x4000_0000, False),
-])  # fmt: skip
+    ((2, 1), 0x4000_0000, False)])  # fmt: skip
 @pytest.mark.parametrize("opcode", [0xD4, 0xD5])
 def test_closed_loop_moves_are_limited_by_their_motor_pulses(bench, opcode, ratio, target, begins):
     """D4h, D5h: the distance "must be less than or equal to 7FFFFFFFh divided by the ... ratio", starting at 0."""

@@ -34,16 +34,10 @@ def test_a_loop_is_printed_singular_and_takes_no_time(bench, board):
     assert messages(bench, board) == ["01 07"] * 3
 
 
-@pytest.mark.parametrize(
-    ("place", "begin", "edge", "final", "sent"),
-    [
-        (-3_000, CW, CW, CCW, {"a1": 1, "a3": 1, "a5": 3}),
-        (-3_000, CW, CW, CW, {"a1": 1, "a3": 1, "a5": 4}),
-        (-3_000, CCW, CW, CW, {"a1": 1, "a3": 2, "a5": 5}),
-        (401, CCW, CW, CW, {"a1": 1, "a5": 3}),
-    ],
-    ids=["the edge", "through the region", "by way of a limit", "found on the ramp"],
-)
+@pytest.mark.parametrize(("place", "begin", "edge", "final", "sent"), [
+    (-3_000, CW, CW, CCW, {"a1": 1, "a3": 1, "a5": 3}), (-3_000, CW, CW, CW, {"a1": 1, "a3": 1, "a5": 4}),
+    (-3_000, CCW, CW, CW, {"a1": 1, "a3": 2, "a5": 5}), (401, CCW, CW, CW, {"a1": 1, "a5": 3})
+], ids=["the edge", "through the region", "by way of a limit", "found on the ramp"])  # fmt: skip
 def test_what_a_search_for_home_sends(bench, place, begin, edge, final, sent):
     """39h is one move (A1h); A3h, A5h: "every time any move reaches" constant velocity, "every end of motion"."""
     board, _ = machine(bench, place)
@@ -53,14 +47,10 @@ def test_what_a_search_for_home_sends(bench, place, begin, edge, final, sent):
     assert Counter(message[:2] for message in messages(bench, board)) == sent
 
 
-@pytest.mark.parametrize(
-    "command",
-    [
-        (0x33, *i32(100)), (0x34, *i32(100)), (0x2E, *i32(9)), (0x2F, *i32(9)), (0x30,), (0x11,), (0x12, 1), (0x14, 1),
-        (0x39, 0), (0x3A, 0), (0x51, 1, 4, *i32(99)), (0x52, 1, 4, *i32(99), 0, 10), (0x53, 1, 4, *i32(99), 0, 10),
-    ],
-    ids=lambda command: f"{command[0]:02X}h",
-)  # fmt: skip
+@pytest.mark.parametrize("command", [
+    (0x33, *i32(100)), (0x34, *i32(100)), (0x2E, *i32(9)), (0x2F, *i32(9)), (0x30,), (0x11,), (0x12, 1), (0x14, 1),
+    (0x39, 0), (0x3A, 0), (0x51, 1, 4, *i32(99)), (0x52, 1, 4, *i32(99), 0, 10), (0x53, 1, 4, *i32(99), 0, 10)
+], ids=lambda command: f"{command[0]:02X}h")  # fmt: skip
 def test_a_hunting_motor_is_a_moving_one(bench, command):
     """2Eh, 30h, 12h, 14h, 39h, 51h: ignored "if the motor is moving"; 8Ch tells a correction as motion."""
     board = hunting(bench)

@@ -154,22 +154,18 @@ def test_the_status_byte_from_bit_7_to_bit_0_is_what_the_host_reads(bench, board
         assert int(byte, 2) == status_word(bench, board)
 
 
-@pytest.mark.parametrize(
-    ("act", "label", "word"),
-    [
-        (command(0x50), "mode", "50h indexer"),
-        (command(0x51, 1, 4, 0, 0, 0, 0), "mode", "51h velocity-distance streaming"),
-        (command(0x52, 1, 4, 0, 0, 0, 0, 0, 10), "mode", "52h velocity-time streaming"),
-        (command(0x53, 1, 4, 0, 0, 0, 0, 0, 10), "mode", "53h distance-time streaming"),
-        (cruise, "motion", "constant, non-zero velocity"),
-        (decelerating, "motion", "decelerating"),
-        (lambda bench, board: board.power(False), "mode", "no power"),
-        (lambda bench, board: board.power(False), "motion", "no power"),
-        (command(0x84), "ODB", "84 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00"),
-        (lambda bench, board: board.bus.write(0, 0x84), "IDB", "84"),
-        (command(0x00), "IDB", "empty"),
-    ],
-)
+@pytest.mark.parametrize(("act", "label", "word"), [
+    (command(0x50), "mode", "50h indexer"),
+    (command(0x51, 1, 4, 0, 0, 0, 0), "mode", "51h velocity-distance streaming"),
+    (command(0x52, 1, 4, 0, 0, 0, 0, 0, 10), "mode", "52h velocity-time streaming"),
+    (command(0x53, 1, 4, 0, 0, 0, 0, 0, 10), "mode", "53h distance-time streaming"),
+    (cruise, "motion", "constant, non-zero velocity"),
+    (decelerating, "motion", "decelerating"),
+    (lambda bench, board: board.power(False), "mode", "no power"),
+    (lambda bench, board: board.power(False), "motion", "no power"),
+    (command(0x84), "ODB", "84 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00"),
+    (lambda bench, board: board.bus.write(0, 0x84), "IDB", "84"),
+    (command(0x00), "IDB", "empty")])  # fmt: skip
 def test_what_the_board_says_in_words(bench, board, act, label, word):
     act(bench, board)
     assert shown(board, BOARD, label) == word

@@ -192,11 +192,9 @@ def encoder_machine(bench, z_high=True, enable_high=True, **options):
 
 @pytest.mark.parametrize("minus", [0, 1])
 @pytest.mark.parametrize("enable_high", [True, False])
-@pytest.mark.parametrize(
-    ("z_high", "invert", "final", "found"),
-    [(True, False, CW, 2_500), (True, False, CCW, 2_503), (False, True, CW, 2_500), (False, True, CCW, 2_503),
-     (True, True, CW, 2_504), (True, True, CCW, 2_499)],
-)  # fmt: skip
+@pytest.mark.parametrize(("z_high", "invert", "final", "found"), [
+    (True, False, CW, 2_500), (True, False, CCW, 2_503), (False, True, CW, 2_500), (False, True, CCW, 2_503),
+    (True, True, CW, 2_504), (True, True, CCW, 2_499)])  # fmt: skip
 def test_the_mark_of_channel_z_while_home_enable_is_active(bench, z_high, invert, final, found, enable_high, minus):
     board = encoder_machine(bench, z_high, enable_high, invert_z=invert)
     define(bench, board, CW, final, enable_high)

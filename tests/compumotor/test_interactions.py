@@ -69,14 +69,10 @@ def stream_zeros(bench, board):
     send(bench, board, 0x42)
 
 
-@pytest.mark.parametrize(
-    "begin",
-    [
-        cruise, wait_in_a_sequence, stream_zeros,
-        lambda bench, board: send_all(bench, board, (0x84,), (0x84,)),
-    ],
-    ids=["motion", "sequence", "stream", "waiting command"],
-)  # fmt: skip
+@pytest.mark.parametrize("begin", [
+    cruise, wait_in_a_sequence, stream_zeros,
+    lambda bench, board: send_all(bench, board, (0x84,), (0x84,))
+], ids=["motion", "sequence", "stream", "waiting command"])  # fmt: skip
 def test_a_board_is_busy_while_it_works(bench, board, begin):
     assert board.busy is False
     begin(bench, board)
@@ -122,11 +118,9 @@ def test_shutdown_wants_the_motor_to_stand_and_the_input_disabled(bench, board, 
 
 
 @pytest.mark.parametrize("opcode", [0x73, 0x77])
-@pytest.mark.parametrize(
-    ("velocity", "minus", "seconds", "held"),
-    [(20_000, 0, 0.05, 15_000), (5_000, 0, 0.025, 7_500), (10_000, 1, 0.05, 5_000), (10_000, 1, 0.15, -5_000)],
-    ids=["faster", "slower", "reversal, down", "reversal, up"],
-)
+@pytest.mark.parametrize(("velocity", "minus", "seconds", "held"), [
+    (20_000, 0, 0.05, 15_000), (5_000, 0, 0.025, 7_500), (10_000, 1, 0.05, 5_000), (10_000, 1, 0.15, -5_000)
+], ids=["faster", "slower", "reversal, down", "reversal, up"])  # fmt: skip
 def test_each_ramp_of_a_continuous_move_can_be_discontinued(bench, board, opcode, velocity, minus, seconds, held):
     """73h: "the velocity being output at the time the command is issued is the last velocity output"."""
     cruise(bench, board)
@@ -154,16 +148,11 @@ def test_each_ramp_of_a_continuous_move_can_be_discontinued(bench, board, opcode
 # Start/stop velocity
 
 
-@pytest.mark.parametrize(
-    ("start_stop", "first", "then"),
-    [
-        (1000, 500, {2000: [500, 1000, 1200, 1400, 1600, 1800, 2000]}),
-        (1000, 2000, {500: [2000, 1800, 1600, 1400, 1200, 1000, 500], 800: [500, 800]}),
-        *((start_stop, 2000, {3000: [2000, 2200, 2400, 2600, 2800, 3000], 2000: [3000, 2800, 2600, 2400, 2200, 2000]})
-          for start_stop in (0, 1000)),
-    ],
-    ids=["up from below it", "down to below it", "above 0", "above it"],
-)  # fmt: skip
+@pytest.mark.parametrize(("start_stop", "first", "then"), [
+    (1000, 500, {2000: [500, 1000, 1200, 1400, 1600, 1800, 2000]}),
+    (1000, 2000, {500: [2000, 1800, 1600, 1400, 1200, 1000, 500], 800: [500, 800]}),
+    *((start_stop, 2000, {3000: [2000, 2200, 2400, 2600, 2800, 3000], 2000: [3000, 2800, 2600, 2400, 2200, 2000]})
+      for start_stop in (0, 1000))], ids=["up from below it", "down to below it", "above 0", "above it"])  # fmt: skip
 def test_a_continuous_move_ramps_from_or_to_the_start_stop_velocity(bench, board, start_stop, first, then):
     """D6h: "acceleration … is begun at the start/stop velocity": the ramp is 1,000, and 200 more every 2 ms.
 

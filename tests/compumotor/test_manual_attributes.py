@@ -136,40 +136,31 @@ def test_a_move_is_defined_within_its_ranges_only(code):
     assert [name for name, data in bad.items() if table(code).decode(data) is not None] == []
 
 
-@pytest.mark.parametrize(
-    ("code", "good", "bad"),
-    [("C8", (0x80000001, 0x7FFFFFFF), (0x80000000,)), ("CB", (0xC0000001, 0x3FFFFFFF), (0xC0000000, 0x40000000))],
-)
+@pytest.mark.parametrize(("code", "good", "bad"), [
+    ("C8", (0x80000001, 0x7FFFFFFF), (0x80000000,)), ("CB", (0xC0000001, 0x3FFFFFFF), (0xC0000000, 0x40000000))
+])  # fmt: skip
 def test_the_distance_of_a_move(code, good, bad):
     """C8h: "80000000h is invalid"; CBh: "C0000001h through 3FFFFFFFh"."""
     assert all(table(code).decode(moves(rest=distance.to_bytes(4))) is not None for distance in good)
     assert all(table(code).decode(moves(rest=distance.to_bytes(4))) is None for distance in bad)
 
 
-@pytest.mark.parametrize(
-    ("code", "units"),
-    [
-        ("29", {"ms"}), ("2A", {"s"}), ("2B", {"min"}), ("33", {"pulses"}), ("34", {"pulses"}),
-        ("35", {"encoder pulses"}),
-        ("36", {"encoder pulses"}), ("38", {"%"}), ("51", {"bytes"}), ("52", {"bytes", "ms"}), ("2E", {"pulses"}),
-        ("2F", {"encoder pulses"}),
-    ],
-)  # fmt: skip
+@pytest.mark.parametrize(("code", "units"), [
+    ("29", {"ms"}), ("2A", {"s"}), ("2B", {"min"}), ("33", {"pulses"}), ("34", {"pulses"}),
+    ("35", {"encoder pulses"}),
+    ("36", {"encoder pulses"}), ("38", {"%"}), ("51", {"bytes"}), ("52", {"bytes", "ms"}), ("2E", {"pulses"}),
+    ("2F", {"encoder pulses"})])  # fmt: skip
 def test_the_units_of_parameters(code, units):
     """Command definitions: "wait X milliseconds", "X seconds", "X minutes", "X pulses", "X encoder pulses", percent."""
     assert {field.unit for field in table(code).parameters} - {""} == units
 
 
-@pytest.mark.parametrize(
-    ("code", "syntax"),
-    [
-        ("29", "29 time[4]"),
-        ("2A", "2A time[2]"),
-        ("41", "41 sequence"),
-        ("C8", "C8 move ranges velocity[4] acceleration[4] distance[4]"),
-        ("52", "52 base clock divisor alarm[4] update rate[2]"),
-    ],
-)
+@pytest.mark.parametrize(("code", "syntax"), [
+    ("29", "29 time[4]"),
+    ("2A", "2A time[2]"),
+    ("41", "41 sequence"),
+    ("C8", "C8 move ranges velocity[4] acceleration[4] distance[4]"),
+    ("52", "52 base clock divisor alarm[4] update rate[2]")])  # fmt: skip
 def test_the_syntax_that_is_listed(code, syntax):
     """Command definitions: each parameter with its number of bytes, from the most significant byte to the least."""
     assert table(code).syntax == syntax

@@ -90,11 +90,9 @@ def test_more_than_one_bit_may_show_the_same_state(bench, board):
         assert bool(status_word(bench, board) & 4) is not level
 
 
-@pytest.mark.parametrize(
-    ("state", "expected"),
-    [(1, "111110"), (2, "111110"), (5, "110000"), (6, "000110"), (7, "001000"), (3, "000000")],
-    ids=["moving", "singular", "accelerating", "decelerating", "constant", "sequence"],
-)
+@pytest.mark.parametrize(("state", "expected"), [
+    (1, "111110"), (2, "111110"), (5, "110000"), (6, "000110"), (7, "001000"), (3, "000000")
+], ids=["moving", "singular", "accelerating", "decelerating", "constant", "sequence"])  # fmt: skip
 def test_states_of_a_preset_move(bench, board, state, expected):
     """0Fh: a trapezoid of 0.1 s, 0.2 s and 0.1 s; the bit is read every 80 ms."""
     send(bench, board, 0x0F, 0, state, 1)

@@ -29,11 +29,9 @@ def test_the_default_move_is_move_zero(bench, board):
     assert data == bytes([0x91, 0xCE, 0, 0x21, 0, 1, 2, 3, 4, 5, 6, 7]).ljust(16, b"\0")
 
 
-@pytest.mark.parametrize(
-    "wrong",
-    [(0x31, 0, 0x60, *i32(1), *i32(1)), (0x31, 0, 0x03, *i32(1), *i32(1)), (0x31, 0, 0, *i32(-1), *i32(1)),
-     (0x31, 0, 0, *i32(1), *i32(-1)), (0x31, 0, 0, *i32(1), 0, 0, 0)],
-)  # fmt: skip
+@pytest.mark.parametrize("wrong", [
+    (0x31, 0, 0x60, *i32(1), *i32(1)), (0x31, 0, 0x03, *i32(1), *i32(1)), (0x31, 0, 0, *i32(-1), *i32(1)),
+    (0x31, 0, 0, *i32(1), *i32(-1)), (0x31, 0, 0, *i32(1), 0, 0, 0)])  # fmt: skip
 def test_a_default_out_of_range_is_ignored(bench, board, wrong):
     """31h: "negative velocity and a negative acceleration are invalid parameters"; such a default is ignored."""
     default(bench, board, 500, 600)
@@ -109,9 +107,8 @@ def test_go_relative(bench, board, distance):
         assert position(bench, board, 0x81) == 0
 
 
-@pytest.mark.parametrize(
-    "string", [(0x33, 0x80, 0, 0, 1), (0x33, *i32(0x7FFF_FFFF)), (0x34, *i32(0x3FFF_FFFF)), (0x34, 0xC0, 0, 0, 1)]
-)
+@pytest.mark.parametrize("string", [
+    (0x33, 0x80, 0, 0, 1), (0x33, *i32(0x7FFF_FFFF)), (0x34, *i32(0x3FFF_FFFF)), (0x34, 0xC0, 0, 0, 1)])  # fmt: skip
 def test_the_longest_distances(bench, board, string):
     """33h, 34h: the ends of the ranges are valid."""
     default(bench, board, 10_000, AT_ONCE)
@@ -145,15 +142,11 @@ def test_a_definition_comes_back_as_it_was_sent(bench, board):
         assert ask(bench, board, 0x91, 9) == bytes([0x91, *definition]).ljust(16, b"\0")
 
 
-@pytest.mark.parametrize(
-    "wrong",
-    [
-        relative(0, 1, 1, 1), relative(4, -1, 1, 1), relative(4, 1, -1, 1), relative(4, 1, 1, -0x8000_0000),
-        relative(4, 1, 1, 1, ranges=0x60), relative(4, 1, 1, 1, ranges=0x03), relative(4, 1, 1, 1)[:-1],
-        absolute(4, 1, 1, 0x4000_0000), absolute(4, 1, 1, -0x4000_0000), absolute(0, 1, 1, 1), continuous(0, 1, 1),
-        continuous(4, 1, 1)[:-1], continuous(4, -1, 1), continuous(4, 1, 1, ranges=0x1F),
-    ],
-)  # fmt: skip
+@pytest.mark.parametrize("wrong", [
+    relative(0, 1, 1, 1), relative(4, -1, 1, 1), relative(4, 1, -1, 1), relative(4, 1, 1, -0x8000_0000),
+    relative(4, 1, 1, 1, ranges=0x60), relative(4, 1, 1, 1, ranges=0x03), relative(4, 1, 1, 1)[:-1],
+    absolute(4, 1, 1, 0x4000_0000), absolute(4, 1, 1, -0x4000_0000), absolute(0, 1, 1, 1), continuous(0, 1, 1),
+    continuous(4, 1, 1)[:-1], continuous(4, -1, 1), continuous(4, 1, 1, ranges=0x1F)])  # fmt: skip
 def test_definitions_out_of_range_are_ignored(bench, board, wrong):
     """C8h: "If one fails to specify a defined range the move definition is invalid"; the old definition stays."""
     old = relative(4, 10_000, 100_000, 25)

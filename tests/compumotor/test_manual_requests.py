@@ -151,9 +151,8 @@ def test_events_of_moves(bench, board, opcode, expected):
     assert events(bench, board) == []
 
 
-@pytest.mark.parametrize(
-    ("next_", "every", "pin"), [(0xA8, 0xA9, "cw_limit"), (0xAA, 0xAB, "ccw_limit")], ids=["plus", "minus"]
-)
+@pytest.mark.parametrize(("next_", "every", "pin"), [
+    (0xA8, 0xA9, "cw_limit"), (0xAA, 0xAB, "ccw_limit")], ids=["plus", "minus"])  # fmt: skip
 def test_hitting_a_limit(bench, board, next_, every, pin):
     """A8h to ABh: a limit that is already active at the time of the command causes no message."""
 

@@ -111,18 +111,14 @@ def test_by_default_sixty_four_messages_wait(bench, board):
 # Units
 
 
-@pytest.mark.parametrize(
-    ("opcode", "units"),
-    [
-        (0xB1, ["pulses/rev"]), (0xB2, ["motor steps"]), (0xB5, ["encoder pulses"]), (0xD6, ["pulses/s"]),
-        (0xB3, ["units of range"]), (0x31, ["units of range"] * 2),
-        *((opcode, ["units of range"] * 2 + ["pulses"]) for opcode in (0xC8, 0xCB)),
-        *((opcode, ["units of range"] * 2 + ["encoder pulses"]) for opcode in (0xD4, 0xD5)),
-        (0xCE, ["units of range"] * 2),
-        (0xE0, ["effective clock/65536", "pulses"] * 3), (0xE1, ["effective clock/65536"] * 7), (0xE3, ["pulses"] * 7),
-        *((opcode, ["bytes"]) for opcode in (0x51,)), *((opcode, ["bytes", "ms"]) for opcode in (0x52, 0x53)),
-    ],
-)  # fmt: skip
+@pytest.mark.parametrize(("opcode", "units"), [
+    (0xB1, ["pulses/rev"]), (0xB2, ["motor steps"]), (0xB5, ["encoder pulses"]), (0xD6, ["pulses/s"]),
+    (0xB3, ["units of range"]), (0x31, ["units of range"] * 2),
+    *((opcode, ["units of range"] * 2 + ["pulses"]) for opcode in (0xC8, 0xCB)),
+    *((opcode, ["units of range"] * 2 + ["encoder pulses"]) for opcode in (0xD4, 0xD5)),
+    (0xCE, ["units of range"] * 2),
+    (0xE0, ["effective clock/65536", "pulses"] * 3), (0xE1, ["effective clock/65536"] * 7), (0xE3, ["pulses"] * 7),
+    *((opcode, ["bytes"]) for opcode in (0x51,)), *((opcode, ["bytes", "ms"]) for opcode in (0x52, 0x53))])  # fmt: skip
 def test_the_units_in_which_a_command_is_given(opcode, units):
     """C8h: velocity "units", distance in pulses; B1h: pulses of one revolution; B2h: motor steps; D6h: pulses per
     second; E0h: V / 65,536 of the effective clock; 51h: alarm in bytes, update rate in milliseconds.
@@ -131,25 +127,22 @@ def test_the_units_in_which_a_command_is_given(opcode, units):
     assert [field.unit for field in command.parameters if field.unit] == units
 
 
-@pytest.mark.parametrize(
-    ("code", "good", "bad"),
-    [
-        ("E3", ("01" + "00" * 14, "07" + "FF" * 14), ("00" * 15, "08" + "00" * 14, "01" + "00" * 13)),
-        ("E0", ("00" * 12, "FF" * 12), ("00" * 11,)),
-        ("E1", ("00" * 14, "FF" * 14), ("00" * 13,)),
-        ("B0", ("00010001", "FFFFFFFF"), ("00000001", "00010000", "000100")),
-        ("B1", ("00000000", "0000FFFF"), ("00010000", "FFFFFFFF")),
-        ("B2", ("00000000", "7FFFFFFF"), ("80000000", "FFFFFFFF")),
-        ("B3", ("01000000000000", "03FF5F7FFFFFFF"), ("00" * 7, "04" + "00" * 6, "01006000000000", "01000080000000")),
-        ("B4", ("00000000", "0000FFFF"), ("00010000", "FFFFFFFF")),
-        ("B5", ("00000000", "FFFFFFFF"), ("000000",)),
-        ("31", ("00" * 10, "FF52" + "7FFFFFFF" * 2), ("0060" + "00" * 8, "0003" + "00" * 8, "000080" + "00" * 7)),
-        *((code, ("00", "01", "FF"), ("", "0001")) for code in ("12", "13", "14", "18", "19", "28", "32", "39", "3A")),
-        *((f"A{n:X}", ("00", "01", "FF"), ("", "0001")) for n in range(12)),
-        *((code, ("010000", "06FFFF"), ("000000", "020000", "050000", "070000")) for code in ("76", "77", "7D")),
-        *((code, ("", "00"), ("01",)) for code in ("10", "11", "30", "37", "42", "48", "50", "70", "80", "AF")),
-    ],
-)  # fmt: skip
+@pytest.mark.parametrize(("code", "good", "bad"), [
+    ("E3", ("01" + "00" * 14, "07" + "FF" * 14), ("00" * 15, "08" + "00" * 14, "01" + "00" * 13)),
+    ("E0", ("00" * 12, "FF" * 12), ("00" * 11,)),
+    ("E1", ("00" * 14, "FF" * 14), ("00" * 13,)),
+    ("B0", ("00010001", "FFFFFFFF"), ("00000001", "00010000", "000100")),
+    ("B1", ("00000000", "0000FFFF"), ("00010000", "FFFFFFFF")),
+    ("B2", ("00000000", "7FFFFFFF"), ("80000000", "FFFFFFFF")),
+    ("B3", ("01000000000000", "03FF5F7FFFFFFF"), ("00" * 7, "04" + "00" * 6, "01006000000000", "01000080000000")),
+    ("B4", ("00000000", "0000FFFF"), ("00010000", "FFFFFFFF")),
+    ("B5", ("00000000", "FFFFFFFF"), ("000000",)),
+    ("31", ("00" * 10, "FF52" + "7FFFFFFF" * 2), ("0060" + "00" * 8, "0003" + "00" * 8, "000080" + "00" * 7)),
+    *((code, ("00", "01", "FF"), ("", "0001")) for code in ("12", "13", "14", "18", "19", "28", "32", "39", "3A")),
+    *((f"A{n:X}", ("00", "01", "FF"), ("", "0001")) for n in range(12)),
+    *((code, ("010000", "06FFFF"), ("000000", "020000", "050000", "070000")) for code in ("76", "77", "7D")),
+    *((code, ("", "00"), ("01",)) for code in ("10", "11", "30", "37", "42", "48", "50", "70", "80", "AF"))
+])  # fmt: skip
 def test_parameter_bytes_are_in_the_correct_range(code, good, bad):
     """Command definitions: the printed ranges, such as "01 -> 07, number of significant distance values"."""
     command = product("1811").commands.get(int(code, 16))

@@ -52,11 +52,9 @@ def test_every_base_clock_and_divisor(bench, board, base, hertz, divisor):
     assert ask(bench, board, 0x90) == mode.ljust(16, b"\0")
 
 
-@pytest.mark.parametrize(
-    "parameters",
-    [(0x51, 0, 1), (0x51, 10, 1), (0x51, 1, 0), (0x51, 1, 17), (0x53, 4, 1, 0, 2), (0x52, 1, 1, 0, 0),
-     (0x52, 1, 1, 0, 1)],
-)  # fmt: skip
+@pytest.mark.parametrize("parameters", [
+    (0x51, 0, 1), (0x51, 10, 1), (0x51, 1, 0), (0x51, 1, 17), (0x53, 4, 1, 0, 2), (0x52, 1, 1, 0, 0),
+    (0x52, 1, 1, 0, 1)])  # fmt: skip
 def test_a_wrong_clock_divisor_or_update_rate_is_ignored(bench, board, parameters):
     mode, base, divisor, *rate = parameters
     send(bench, board, mode, base, divisor, 0, 0, 0, 0, *rate)

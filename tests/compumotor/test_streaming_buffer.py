@@ -21,14 +21,10 @@ def moving_at(board, rate):
 # Room
 
 
-@pytest.mark.parametrize(
-    ("mode", "put", "bytes_each"),
-    [
-        (0x51, lambda bench, board: pairs(bench, board, (1, 9), (1, 9), (1, 9)), 12),
-        (0x52, lambda bench, board: velocities(bench, board, *[1] * 7), 14),
-        (0x53, lambda bench, board: distances(bench, board, *[1] * 7), 14),
-    ],
-)
+@pytest.mark.parametrize(("mode", "put", "bytes_each"), [
+    (0x51, lambda bench, board: pairs(bench, board, (1, 9), (1, 9), (1, 9)), 12),
+    (0x52, lambda bench, board: velocities(bench, board, *[1] * 7), 14),
+    (0x53, lambda bench, board: distances(bench, board, *[1] * 7), 14)])  # fmt: skip
 def test_data_need_fifteen_free_bytes(bench, board, mode, put, bytes_each):
     enter(bench, board, mode, 1, 1, rate=None if mode == 0x51 else 2)
     left = 600

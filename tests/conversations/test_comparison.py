@@ -190,13 +190,9 @@ def test_seconds_that_are_none(replay, option, seconds):
     raises(click.BadParameter, "", replay, READY, "--model", "if1", option, seconds)
 
 
-@pytest.mark.parametrize(
-    ("recording", "model", "words"),
-    [
-        ("; model: if1\n; line: 9600 8N2\n" + READY, "1811", "1811: expected a controller on a serial line, e.g. if1"),
-        ("; model: 1811\n> 50\n", "if2", "if2: expected a controller on a bus, e.g. 1811"),
-    ],
-)
+@pytest.mark.parametrize(("recording", "model", "words"), [
+    ("; model: if1\n; line: 9600 8N2\n" + READY, "1811", "1811: expected a controller on a serial line, e.g. if1"),
+    ("; model: 1811\n> 50\n", "if2", "if2: expected a controller on a bus, e.g. 1811")])  # fmt: skip
 def test_what_was_said_on_a_line_is_not_for_a_bus(replay, recording, model, words):
     with pytest.raises(UsageError, match=rf"a\.talk cannot run on {words}"):
         replay(recording, "--model", model)

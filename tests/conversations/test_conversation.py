@@ -60,13 +60,11 @@ def test_times_are_written_to_the_nanosecond(ns):
     assert parse(f"+{seconds(ns)}").acts == (Wait(ns),)
 
 
-@pytest.mark.parametrize(
-    ("text", "place", "words"),
-    [("+1\nhello\n", "a.talk:2:1", "unknown kind of line"), ("+soon", "a.talk:1:2", "expected seconds"),
-     ("+-1", "a.talk:1:2", "expected seconds"), (r"> U\y", "a.talk:1:4", r"\y"),
-     ("! input1", "a.talk:1:9", "power off"), ("  = X.position", "a.talk:1:15", "X.position 1000"),
-     ("left: ?", "a.talk:1:1", "unknown kind of line")],
-)  # fmt: skip
+@pytest.mark.parametrize(("text", "place", "words"), [
+    ("+1\nhello\n", "a.talk:2:1", "unknown kind of line"), ("+soon", "a.talk:1:2", "expected seconds"),
+    ("+-1", "a.talk:1:2", "expected seconds"), (r"> U\y", "a.talk:1:4", r"\y"),
+    ("! input1", "a.talk:1:9", "power off"), ("  = X.position", "a.talk:1:15", "X.position 1000"),
+    ("left: ?", "a.talk:1:1", "unknown kind of line")])  # fmt: skip
 def test_mistakes_have_a_place(text, place, words):
     with pytest.raises(ProgramError) as caught:
         parse(text, "a.talk")

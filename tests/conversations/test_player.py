@@ -81,12 +81,10 @@ def test_the_last_command_to_a_board_is_sent(bench):
     assert not board.pins["output2"].level
 
 
-@pytest.mark.parametrize(
-    ("line", "good"),
-    [("= X.position 100", True), ("= X.position 99", False), ("= X.pulses 100", True), ("= X.velocity 0", True),
-     ("= Y.position 0", True), ("= output1 low", True), ("= output1 high", False), ("= input1 off", True),
-     ("= dtr on", True), ("= limit_plus high", True)],
-)  # fmt: skip
+@pytest.mark.parametrize(("line", "good"), [
+    ("= X.position 100", True), ("= X.position 99", False), ("= X.pulses 100", True), ("= X.velocity 0", True),
+    ("= Y.position 0", True), ("= output1 low", True), ("= output1 high", False), ("= input1 off", True),
+    ("= dtr on", True), ("= limit_plus high", True)])  # fmt: skip
 def test_assertions(bench, if1, line, good):
     assert (said(bench, f"> X100$\\r\n+1\n{line}\n") == "") is good
 
@@ -130,13 +128,12 @@ def test_several_controllers_are_told_apart_by_name(bench):
         said(bench, "> E\\r\n")
 
 
-@pytest.mark.parametrize(
-    ("line", "words"),
-    [("! input9 high", "unknown name 'input9'"), ("! input1 up", "invalid level"),
-     ("= X.place 3", "unknown name 'X.place'"), ("= X.position far", "not a number"),
-     ("= X.position nan", "not a number"), ("= X.encoder 3", "no encoder"),
-     ("! line fast", "invalid baud rate or character format"), ("middle: > E", "unknown controller 'middle'")],
-)  # fmt: skip
+@pytest.mark.parametrize(("line", "words"), [
+    ("! input9 high", "unknown name 'input9'"), ("! input1 up", "invalid level"),
+    ("= X.place 3", "unknown name 'X.place'"), ("= X.position far", "not a number"),
+    ("= X.position nan", "not a number"), ("= X.encoder 3", "no encoder"),
+    ("! line fast", "invalid baud rate or character format"), ("middle: > E", "unknown controller 'middle'")
+])  # fmt: skip
 def test_what_the_bench_does_not_have_is_told_before_anything_is_done(bench, if1, line, words):
     began_ns = bench.now
     with pytest.raises(ProgramError, match=words) as caught:

@@ -288,12 +288,10 @@ def test_a_program_loaded_while_recording_is_loaded_again():
     assert again["motor"].programs == bench["motor"].programs
 
 
-@pytest.mark.parametrize(
-    ("settle", "written"),
-    [(lambda port: port.drop_pending(), "drop pending"), (lambda port: setattr(port, "held", True), "hold high"),
-     (lambda port: setattr(port, "flow", Flow.X_ON_X_OFF), "flow xon"),
-     (lambda port: setattr(port, "instant", True), "instant high")],
-)  # fmt: skip
+@pytest.mark.parametrize(("settle", "written"), [
+    (lambda port: port.drop_pending(), "drop pending"), (lambda port: setattr(port, "held", True), "hold high"),
+    (lambda port: setattr(port, "flow", Flow.X_ON_X_OFF), "flow xon"),
+    (lambda port: setattr(port, "instant", True), "instant high")])  # fmt: skip
 def test_what_a_host_sets_up_is_recorded_at_its_time(settle, written):
     bench = Bench()
     motor = bench.add("smartmotor", "motor")

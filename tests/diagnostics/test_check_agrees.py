@@ -57,13 +57,9 @@ def test_a_program_loaded_into_a_motor_of_a_chain(scene):
     assert complaints(scene(CHAIN.format(on="right", more=""))) == ([], [])
 
 
-@pytest.mark.parametrize(
-    ("more", "message"),
-    [
-        ("options.program_bytes = 256", "too many for the program memory of the motor"),
-        ('line = "1200 7E1"', "check that the motor uses the line format 1200 7E1"),
-    ],
-)
+@pytest.mark.parametrize(("more", "message"), [
+    ("options.program_bytes = 256", "too many for the program memory of the motor"),
+    ('line = "1200 7E1"', "check that the motor uses the line format 1200 7E1")])  # fmt: skip
 def test_a_program_that_the_motor_refuses(scene, more, message):
     checked, built = complaints(scene(CHAIN.format(on="right", more=more)))
     assert len(checked) == len(built) == 1
@@ -71,13 +67,11 @@ def test_a_program_that_the_motor_refuses(scene, more, message):
     assert message in built[0]
 
 
-@pytest.mark.parametrize(
-    ("wires", "message"),
-    [([("b.output1", "a.home"), ("b.output2", "a.home_enable")],
-      "a.home_enable and a.home are two names of one terminal, which can have only one wire: remove a wire"),
-     ([("a.home", "b.home"), ("b.home_enable", "a.home_enable")], "form a loop through a.home_enable"),
-     ([("b.output1", "a.home"), ("b.output1", "a.trigger1")], "")],
-)  # fmt: skip
+@pytest.mark.parametrize(("wires", "message"), [
+    ([("b.output1", "a.home"), ("b.output2", "a.home_enable")],
+     "a.home_enable and a.home are two names of one terminal, which can have only one wire: remove a wire"),
+    ([("a.home", "b.home"), ("b.home_enable", "a.home_enable")], "form a loop through a.home_enable"),
+    ([("b.output1", "a.home"), ("b.output1", "a.trigger1")], "")])  # fmt: skip
 def test_a_terminal_of_two_names(scene, wires, message):
     """`home` and `home_enable` of an 1811 are the same pin."""
     boards = "".join(f'[[controller]]\nmodel = "1811"\nname = "{name}"\n' for name in "ab")

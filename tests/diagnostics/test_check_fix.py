@@ -62,12 +62,10 @@ def test_fixes(fix, name, text):
     assert ("fixed" in result.stdout) == (mended != text)
 
 
-@pytest.mark.parametrize(
-    ("name", "text"),
-    [("a.if1", "next$\n"), ("a.if1", "X100\n"), ("a.if1", "S2\n"), ("a.181x", "go_relatve 25000\n"),
-     ("a.sms", "end of the loop\n"), ("a.sms", "----- a=1\n"), ("a.sms", "UCI UDI G\n"), ("a.sms", "a =\n 1\n"),
-     ("a.sms", "a= S\n"), ("a.sms", "VT=5 ADT=5\n")],
-)  # fmt: skip
+@pytest.mark.parametrize(("name", "text"), [
+    ("a.if1", "next$\n"), ("a.if1", "X100\n"), ("a.if1", "S2\n"), ("a.181x", "go_relatve 25000\n"),
+    ("a.sms", "end of the loop\n"), ("a.sms", "----- a=1\n"), ("a.sms", "UCI UDI G\n"), ("a.sms", "a =\n 1\n"),
+    ("a.sms", "a= S\n"), ("a.sms", "VT=5 ADT=5\n")])  # fmt: skip
 def test_fixes_that_need_a_decision_are_not_applied(fix, name, text):
     result, mended = fix(name, text)
     assert mended == text
@@ -143,13 +141,11 @@ def test_a_difference_is_printable(fix):
     assert r"+A=100 '\x1b[31m" in result.stdout.splitlines()
 
 
-@pytest.mark.parametrize(
-    ("name", "text", "mended"),
-    [("a.if1", "x100$\r\n\x1a", "X100$\r\n\x1a"), ("a.if1", "X100$\r\n\x1a", "X100$\r\n\x1a"),
-     ("a.sms", "A100\r\nEND\r\n\x1a\x1aA100", "A=100\r\nEND\r\n\x1a\x1aA100"),
-     ("a.talk", "; model: if1\r\n> (U61\\r\r\n\x1a\0\0", "; model: if1\r\n> (U61\\r\r\n\x1a\0\0"),
-     ("a.181x", "Null\r\n\x1a", "null\r\n\x1a")],
-)  # fmt: skip
+@pytest.mark.parametrize(("name", "text", "mended"), [
+    ("a.if1", "x100$\r\n\x1a", "X100$\r\n\x1a"), ("a.if1", "X100$\r\n\x1a", "X100$\r\n\x1a"),
+    ("a.sms", "A100\r\nEND\r\n\x1a\x1aA100", "A=100\r\nEND\r\n\x1a\x1aA100"),
+    ("a.talk", "; model: if1\r\n> (U61\\r\r\n\x1a\0\0", "; model: if1\r\n> (U61\\r\r\n\x1a\0\0"),
+    ("a.181x", "Null\r\n\x1a", "null\r\n\x1a")])  # fmt: skip
 def test_a_program_that_ends_in_ctrl_z(fix, name, text, mended):
     """An editor of DOS ends a file with Ctrl-Z; what is behind it is kept, and is no error."""
     result, found = fix(name, text)

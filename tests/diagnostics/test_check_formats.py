@@ -188,14 +188,12 @@ def test_sarif_has_file_uris_for_absolute_paths(check, tmp_path):
     assert uri == (tmp_path / "home.sms").as_uri()
 
 
-@pytest.mark.parametrize(
-    ("arguments", "error", "message"),
-    [((), UsageError, "nothing to check: expected a program or a scene"), (("if1",), UsageError, "nothing to check"),
-     (("if9", "fine.if1"), UsageError, "no model 'if9'"),
-     (("fine.if1", "nowhere.if1"), UsageError, "nowhere.if1 cannot be read"),
-     (("nowhere.toml",), SceneError, "nowhere.toml: the scene file cannot be read"),
-     (("whose.talk",), UsageError, "unknown controller model")],
-)  # fmt: skip
+@pytest.mark.parametrize(("arguments", "error", "message"), [
+    ((), UsageError, "nothing to check: expected a program or a scene"), (("if1",), UsageError, "nothing to check"),
+    (("if9", "fine.if1"), UsageError, "no model 'if9'"),
+    (("fine.if1", "nowhere.if1"), UsageError, "nowhere.if1 cannot be read"),
+    (("nowhere.toml",), SceneError, "nowhere.toml: the scene file cannot be read"),
+    (("whose.talk",), UsageError, "unknown controller model")])  # fmt: skip
 def test_files_that_cannot_be_checked(check, arguments, error, message):
     Path("whose.talk").write_text("> X\n", encoding="utf-8")
     with pytest.raises(error, match=message):
@@ -226,15 +224,11 @@ def test_sarif_without_results_is_valid(check):
     assert (run["results"], run["tool"]["driver"]["rules"]) == ([], [])
 
 
-@pytest.mark.parametrize(
-    ("path", "value", "problem"),
-    [
-        (("version",), "2.0.0", "$.version: '2.0.0' is not one of"),
-        (("runs", 0, "results", 0, "level"), "fatal", "$.runs[0].results[0].level: 'fatal' is not one of"),
-        (("runs", 0, "results", 0, "message"), {}, "$.runs[0].results[0].message: message has no text"),
-        (("runs", 0, "colour"), 3, "$.runs[0]: run knows no colour"),
-    ],
-)
+@pytest.mark.parametrize(("path", "value", "problem"), [
+    (("version",), "2.0.0", "$.version: '2.0.0' is not one of"),
+    (("runs", 0, "results", 0, "level"), "fatal", "$.runs[0].results[0].level: 'fatal' is not one of"),
+    (("runs", 0, "results", 0, "message"), {}, "$.runs[0].results[0].message: message has no text"),
+    (("runs", 0, "colour"), 3, "$.runs[0]: run knows no colour")])  # fmt: skip
 def test_the_sarif_checker_finds_errors(check, path, value, problem):
     log = json.loads(check("a b.if1", "--format", "sarif").stdout)
     *way, last = path

@@ -279,9 +279,8 @@ def test_bit_8_of_what_was_typed_before_a_break_in_does_not_count_for_the_unlock
 # Breaking in
 
 
-@pytest.mark.parametrize(
-    ("erase", "answer"), [("*", "U<CR>"), ("**", "U<CR>U<CR>"), ("*<CR>", "U<CR>"), ("*<CR><LF>", "U<CR>")]
-)
+@pytest.mark.parametrize(("erase", "answer"), [
+    ("*", "U<CR>"), ("**", "U<CR>U<CR>"), ("*<CR>", "U<CR>"), ("*<CR><LF>", "U<CR>")])  # fmt: skip
 def test_breaking_into_a_locked_interface(bench, erase, answer):
     """Breaking: "issue the open bracket "(" followed by the erase command", "The response ... is "U<CR>""; R28."""
     play(

@@ -24,12 +24,10 @@ def answered_at(bench, baud: int) -> float | None:
     return None if len(times) < 2 else 11 * S / (times[1] - times[0])
 
 
-@pytest.mark.parametrize(
-    ("baud", "rate"),
-    [*((round(rate * percent / 100), rate) for rate in RATES for percent in (94, 107)),
-     *((round(rate * percent / 100), None) for rate in RATES for percent in (92, 109)),
-     *((baud, None) for baud in (55, 85, 200, 420, 850, 1700, 3500, 7000, 19200))],
-)  # fmt: skip
+@pytest.mark.parametrize(("baud", "rate"), [
+    *((round(rate * percent / 100), rate) for rate in RATES for percent in (94, 107)),
+    *((round(rate * percent / 100), None) for rate in RATES for percent in (92, 109)),
+    *((baud, None) for baud in (55, 85, 200, 420, 850, 1700, 3500, 7000, 19200))])  # fmt: skip
 def test_a_rate_that_is_not_quite_right_is_taken_for_the_nearest_one(bench, baud, rate):
     """Baud rate: "The options available" are seven; a rate between two of them is not detected.
 

@@ -46,10 +46,9 @@ def test_where_each_command_is_allowed():
     }
 
 
-@pytest.mark.parametrize(
-    "syntax",
-    ["@ speed", "= times,first step", "X[+|-][distance]", "P output[,length]", "axis G", "K", "U frame parity"],
-)
+@pytest.mark.parametrize("syntax", [
+    "@ speed", "= times,first step", "X[+|-][distance]", "P output[,length]", "axis G", "K", "U frame parity"
+])  # fmt: skip
 def test_the_syntax_of_commands(syntax):
     """The manual's examples: "@ 1500", "=5,2", "X-3000", "P4, 20", "X @ 5000 G", "K <CR>", "U 6 1"."""
     assert syntax in {command.syntax for command in product("if1").commands}

@@ -48,10 +48,8 @@ def test_bit_8_means_nothing_in_what_it_receives(bench, frame, bit_8):
         assert ask(bench, if1, message, end="") == bytes(byte | bit_8 for byte in b"0\r")
 
 
-@pytest.mark.parametrize(
-    ("frame", "echo"),
-    [(3, b"\xc5\x8d"), (4, b"\xc5\x8d"), (5, b"E\r"), (6, b"E\r"), (7, b"\xc5\x8d"), (8, b"\xc5\x8d")],
-)
+@pytest.mark.parametrize(("frame", "echo"), [
+    (3, b"\xc5\x8d"), (4, b"\xc5\x8d"), (5, b"E\r"), (6, b"E\r"), (7, b"\xc5\x8d"), (8, b"\xc5\x8d")])  # fmt: skip
 def test_bit_8_of_the_echo_of_a_character_with_bit_8_set(bench, frame, echo):
     """Number of data bits: data-dependent is "only significant in the echo-back mode" or for quick status."""
     if1 = ready(bench, f"U{frame}2")

@@ -85,30 +85,25 @@ def test_the_end_that_a_sequence_lacks_is_missing_behind_it(line):
     assert (said.chapter, said.column, said.end) == (SEQUENCES, len(line) + 1, (1, len(line) + 2))
 
 
-@pytest.mark.parametrize(
-    ("line", "columns"),
-    [("X1?Y2!$", [3, 6]), ("@X5 ^Y5$", [2, 6]), (">5<0^501", [2, 4, 6]), ("X5E Y3 K$", [3, 8]), (":E5:X?:$", [2, 6])],
-)
+@pytest.mark.parametrize(("line", "columns"), [
+    ("X1?Y2!$", [3, 6]), ("@X5 ^Y5$", [2, 6]), (">5<0^501", [2, 4, 6]), ("X5E Y3 K$", [3, 8]), (":E5:X?:$", [2, 6])
+])  # fmt: skip
 def test_each_mistake_is_reported_once(line, columns):
     """The number after a wrong command is not a second problem."""
     assert [said.column for said in check(line)] == columns
 
 
-@pytest.mark.parametrize(
-    ("line", "message"),
-    [
-        ("5X$", "5 belongs to no command"),
-        (":X5:7Y:$", "7 belongs to no command"),
-        ("G20$", "20 belongs to no command: G (run mode) takes no number"),
-        ("mm10", "unknown characters 'mm'"),
-        ("x10$", "unknown character 'x': commands are upper case"),
-        ("xq$", "unknown characters 'xq': commands are upper case"),
-        (":X5:>2:$", "> (select speed range) is not allowed in a sequence"),
-        ("=1,1$", "= (repeat) is not allowed in a direct message"),
-        ("K5", "K (motion status) must be the only command in its message"),
-        ("X5:$", ": (sequence divider) is not valid here"),
-    ],
-)
+@pytest.mark.parametrize(("line", "message"), [
+    ("5X$", "5 belongs to no command"),
+    (":X5:7Y:$", "7 belongs to no command"),
+    ("G20$", "20 belongs to no command: G (run mode) takes no number"),
+    ("mm10", "unknown characters 'mm'"),
+    ("x10$", "unknown character 'x': commands are upper case"),
+    ("xq$", "unknown characters 'xq': commands are upper case"),
+    (":X5:>2:$", "> (select speed range) is not allowed in a sequence"),
+    ("=1,1$", "= (repeat) is not allowed in a direct message"),
+    ("K5", "K (motion status) must be the only command in its message"),
+    ("X5:$", ": (sequence divider) is not valid here")])  # fmt: skip
 def test_messages_about_lost_numbers(line, message):
     """The message names the parameters of the command before the number, if there is one."""
     assert check(line)[0].message == message

@@ -122,15 +122,9 @@ def test_the_state_in_words(bench):
     assert states == ["self-test", "waiting for (", "waiting for the data format", "no power"]
 
 
-@pytest.mark.parametrize(
-    ("script", "word"),
-    [
-        ("0.2 s", "clear for new commands"),
-        ("X1000@100$; 0.2 s", "busy"),
-        ("estop low", "fault"),
-        ("[; 0.2 s", "locked"),
-    ],
-)
+@pytest.mark.parametrize(("script", "word"), [
+    ("0.2 s", "clear for new commands"), ("X1000@100$; 0.2 s", "busy"), ("estop low", "fault"), ("[; 0.2 s", "locked")
+])  # fmt: skip
 def test_the_busy_status_in_words(bench, if1, script, word):
     play(bench, if1, script)
     assert shown(if1, "Interface", "E") == word

@@ -96,9 +96,8 @@ def test_a_short_index_has_a_small_plateau_at_the_top(bench, if1, distance, leve
     assert since_start(if1.axes["X"]) == pulse_times_of([*up, (plateau, Fraction(left_over, plateau)), *reversed(up)])
 
 
-@pytest.mark.parametrize(
-    ("letter", "reply"), [("K", b"3\r"), ("I", b"200\r"), ("O", b"0\r"), ("E", b"E\r"), ("F", b"0\r"), ("Q", b"\3")]
-)
+@pytest.mark.parametrize(("letter", "reply"), [
+    ("K", b"3\r"), ("I", b"200\r"), ("O", b"0\r"), ("E", b"E\r"), ("F", b"0\r"), ("Q", b"\3")])  # fmt: skip
 def test_a_status_request_is_answered_while_a_second_move_is_held(bench, if1, letter, reply):
     """Report-back: "The interface can be interrogated to establish its status at any time"."""
     command(bench, if1, "X40$", "Y20$", seconds=0.02)

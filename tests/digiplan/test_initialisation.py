@@ -64,11 +64,9 @@ def test_the_led_stays_off_until_the_bracket_comes(bench, options, off_ns, secon
     play(bench, if1, "( -> U<CR>")
 
 
-@pytest.mark.parametrize(
-    "line",
-    [*(f"{baud} 8N2" for baud in (110, 300, 600, 1200, 2400, 4800, 9600)),
-     *(f"1200 {frame}" for frame in ("7E1", "7O1", "7N2", "8N1", "8E2", "8O1"))],
-)  # fmt: skip
+@pytest.mark.parametrize("line", [
+    *(f"{baud} 8N2" for baud in (110, 300, 600, 1200, 2400, 4800, 9600)),
+    *(f"1200 {frame}" for frame in ("7E1", "7O1", "7N2", "8N1", "8E2", "8O1"))])  # fmt: skip
 def test_the_bracket_tells_the_baud_rate_and_u_comes_back_at_it(bench, line):
     """Initialisation: "then transmits a "U" character at the new baud rate", "followed by a carriage return".
 

@@ -57,11 +57,9 @@ def test_delay_set_and_removed(bench, script):
     play(bench, ready(bench, message), acts)
 
 
-@pytest.mark.parametrize(
-    ("message", "fault"),
-    [*((f"D{n}", 16) for n in ("26", "99", "255", "999999999999")),
-     *((message, 8) for message in ("D", "D-1", "D+5", "D,5", "DD5", "5D", "D5D"))],
-)  # fmt: skip
+@pytest.mark.parametrize(("message", "fault"), [
+    *((f"D{n}", 16) for n in ("26", "99", "255", "999999999999")),
+    *((message, 8) for message in ("D", "D-1", "D+5", "D,5", "DD5", "5D", "D5D"))])  # fmt: skip
 def test_more_than_250_ms_is_out_of_range(bench, if1, message, fault):
     """Delay: "The maximum programmable delay is 250mS".  R25: out of range; the delay stays as it was.
 

@@ -74,9 +74,8 @@ def test_speeds_on_the_plateau(bench, if1):
     assert set(gaps(since_start(if1.axes["Z"])[3:47])) == {25 * MS}
 
 
-@pytest.mark.parametrize(
-    "text", ["X100/X50$", "X100/YX50$", "X100/$", "/Y50$", "X100/Y50/Z20$", "X100/Y50", "X/100Y50$"]
-)
+@pytest.mark.parametrize("text", [
+    "X100/X50$", "X100/YX50$", "X100/$", "/Y50$", "X100/Y50/Z20$", "X100/Y50", "X/100Y50$"])  # fmt: skip
 def test_what_is_no_interpolation_moves_nothing(bench, if1, text):
     """Programming: "The major axis move is given first", `/` "always precedes the minor axis"; R7."""
     play(bench, if1, f"{text}; 1 s; at 0 0 0; F: 0|8")

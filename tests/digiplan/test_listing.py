@@ -42,23 +42,19 @@ def begun(bench: Bench, controller: Controller) -> list[tuple[int, int]]:
 # Lines
 
 
-@pytest.mark.parametrize(
-    ("sequence", "lines"),
-    [
-        (":X1000@200:Y:X-:Y-:$", ("X1000@200", "Y", "X-", "Y-")),
-        (": S2 : H13 L2 Z100 @ 40 S4 R1 : P2,50 : Y100@200 : $", ("S2", "H13L2Z100@40S4R1", "P2,50", "Y100@200")),
-        (":S1:X400@100:Y:=5,2:R1:Z50:=24,1:$", ("S1", "X400@100", "Y", "=5,2", "R1", "Z50", "=24,1")),
-        (":X@1000G:H1A:$", ("X@1000G", "H1A")),
-        (":XG:H3A=2,1:$", ("XG", "H3A=2,1")),
-        (":Y400:%:Y-:$", ("Y400", "%", "Y-")),
-        (":B-20:X1000B:B+50:Y-400B:$", ("B-20", "X1000B", "B+50", "Y-400B")),
-        (":X2000/Y500@1000:YZ/X-:$", ("X2000/Y500@1000", "YZ/X-")),
-        (":X1000Y-2000:$", ("XY-2000",)),
-        (":H2=10,1:$", ("H2=10,1",)),
-        (":P0:P4,20:$", ("P0", "P4,20")),
-        ("", ()),
-    ],
-)
+@pytest.mark.parametrize(("sequence", "lines"), [
+    (":X1000@200:Y:X-:Y-:$", ("X1000@200", "Y", "X-", "Y-")),
+    (": S2 : H13 L2 Z100 @ 40 S4 R1 : P2,50 : Y100@200 : $", ("S2", "H13L2Z100@40S4R1", "P2,50", "Y100@200")),
+    (":S1:X400@100:Y:=5,2:R1:Z50:=24,1:$", ("S1", "X400@100", "Y", "=5,2", "R1", "Z50", "=24,1")),
+    (":X@1000G:H1A:$", ("X@1000G", "H1A")),
+    (":XG:H3A=2,1:$", ("XG", "H3A=2,1")),
+    (":Y400:%:Y-:$", ("Y400", "%", "Y-")),
+    (":B-20:X1000B:B+50:Y-400B:$", ("B-20", "X1000B", "B+50", "Y-400B")),
+    (":X2000/Y500@1000:YZ/X-:$", ("X2000/Y500@1000", "YZ/X-")),
+    (":X1000Y-2000:$", ("XY-2000",)),
+    (":H2=10,1:$", ("H2=10,1",)),
+    (":P0:P4,20:$", ("P0", "P4,20")),
+    ("", ())])  # fmt: skip
 def test_each_step_is_a_line_as_it_is_typed(sequence, lines):
     """Programming a sequence and later chapters: the manual's examples; of two distances the last one is listed."""
     assert listed(sequence) == lines

@@ -37,12 +37,10 @@ def switched_on(directory, line="9600 8N2"):
     return bench, if2
 
 
-@pytest.mark.parametrize(
-    ("messages", "form", "line"),
-    [*((messages, "U61", "9600 8N2") for messages in (LEAST, MOST, FASTEST)),
-     *(((), "U61", f"{baud} 8N2") for baud in (110, 300, 600, 1200, 2400, 4800, 9600)),
-     ((), "U13", "9600 7O1"), ((), "U24", "9600 7E2"), ((), "U44", "9600 8E2")],
-)  # fmt: skip
+@pytest.mark.parametrize(("messages", "form", "line"), [
+    *((messages, "U61", "9600 8N2") for messages in (LEAST, MOST, FASTEST)),
+    *(((), "U61", f"{baud} 8N2") for baud in (110, 300, 600, 1200, 2400, 4800, 9600)),
+    ((), "U13", "9600 7O1"), ((), "U24", "9600 7E2"), ((), "U44", "9600 8E2")])  # fmt: skip
 def test_the_ends_of_all_ranges_and_the_format_are_kept(tmp_path, messages, form, line):
     """Speed to Output switching commands: the lowest and the highest value of each parameter are kept.
 

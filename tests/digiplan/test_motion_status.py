@@ -116,11 +116,9 @@ def test_status_requests_need_no_dollar_and_do_not_disturb_motion(bench):
 # Input status
 
 
-@pytest.mark.parametrize(
-    ("pin", "value"),
-    [("estop", 1), ("x_fault", 2), ("y_fault", 4), ("input1", 8), ("limit_plus", 16), ("limit_minus", 32),
-     ("input2", 64), ("input3", 128)],
-)  # fmt: skip
+@pytest.mark.parametrize(("pin", "value"), [
+    ("estop", 1), ("x_fault", 2), ("y_fault", 4), ("input1", 8), ("limit_plus", 16), ("limit_minus", 32),
+    ("input2", 64), ("input3", 128)])  # fmt: skip
 def test_an_input_returns_its_value_when_there_is_no_current(bench, if1, pin, value):
     """Input status: "all inputs return their corresponding value when there is NO current in the diode"."""
     # the normal level of the fault inputs is high, see the manual's table; of the others it is low

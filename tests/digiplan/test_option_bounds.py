@@ -14,11 +14,9 @@ ONE_OF = {
 }
 
 
-@pytest.mark.parametrize(
-    ("name", "value"),
-    [*((name, value) for name in FIGURES for value in (60, 60.0, 0.5, 1)),
-     *((name, value) for name in ("self_test_s", "recalculation_s") for value in (0, 0.0))],
-)  # fmt: skip
+@pytest.mark.parametrize(("name", "value"), [
+    *((name, value) for name in FIGURES for value in (60, 60.0, 0.5, 1)),
+    *((name, value) for name in ("self_test_s", "recalculation_s") for value in (0, 0.0))])  # fmt: skip
 def test_figures_from_0_to_60(name, value):
     Bench().add("if1", **{name: value})
 

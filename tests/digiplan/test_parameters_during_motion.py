@@ -13,9 +13,8 @@ def count(bench, if1):
     return int(ask(bench, if1, "N", 0.02)), if1.axes["X"].position
 
 
-@pytest.mark.parametrize(
-    ("speed", "seconds", "next_speed", "added", "error"), [(10_000, 8, 200, 65_537, 500), (400, 170, 10_000, 0, 10)]
-)
+@pytest.mark.parametrize(("speed", "seconds", "next_speed", "added", "error"), [
+    (10_000, 8, 200, 65_537, 500), (400, 170, 10_000, 0, 10)])  # fmt: skip
 def test_the_next_speed_does_not_change_the_counter_of_an_interpolated_run(
     bench, if1, speed, seconds, next_speed, added, error
 ):

@@ -15,9 +15,8 @@ def running(bench, if1, words, axis="X"):
     return float(if1.axes[axis].velocity)
 
 
-@pytest.mark.parametrize(
-    ("speed", "final"), [(503, 500.0), (504, 506.25), (21, 18.75), (22, 25.0), (1, 6.25), (8, 6.25), (5400, 5400.0)]
-)
+@pytest.mark.parametrize(("speed", "final"), [
+    (503, 500.0), (504, 506.25), (21, 18.75), (22, 25.0), (1, 6.25), (8, 6.25), (5400, 5400.0)])  # fmt: skip
 def test_a_speed_within_the_resolution(bench, if1, printed, speed, final):
     """Speed: "programming a speed of 503 steps/sec in range 1 will give a final speed of 500 steps/sec"."""
     printed("Speed", f"{speed} steps/sec programmed in range 1, steps/sec", final, running(bench, if1, f"@{speed}"))
@@ -119,13 +118,9 @@ def test_a_delay_of_500_ms(bench, if1, printed):
     printed("Adding time delays", "P0, 50: from the end of X to the begin of Y, ms", 500 + 10, gap, within=2)
 
 
-@pytest.mark.parametrize(
-    ("words", "steps", "speeds"),
-    [
-        ("X 2000 / YZ 500 @ 1000 $", (2000, 500, 500), {"X": 1000, "Y": 250, "Z": 250}),
-        ("XY 1000 / Z 50 @ 800 $", (1000, 1000, 50), {"X": 800, "Y": 800, "Z": 40}),
-    ],
-)
+@pytest.mark.parametrize(("words", "steps", "speeds"), [
+    ("X 2000 / YZ 500 @ 1000 $", (2000, 500, 500), {"X": 1000, "Y": 250, "Z": 250}),
+    ("XY 1000 / Z 50 @ 800 $", (1000, 1000, 50), {"X": 800, "Y": 800, "Z": 40})])  # fmt: skip
 def test_an_interpolated_move(bench, if1, printed, words, steps, speeds):
     """Duplicating: "X axis to move 2000 steps at a speed of 1000 steps/sec, and both Y and Z axes ... at 250"."""
     command(bench, if1, words, seconds=0.7)

@@ -117,11 +117,9 @@ def test_a_64th_operation_is_out_of_range_and_drops_the_sequence(bench, if1):
     play(bench, if1, "slowly " + ":X1" * 64 + ":$; 1 s; at 0 0 0; K: 128; F: 16")
 
 
-@pytest.mark.parametrize(
-    "step",
-    ["X10H1", "R1S2", "L1H2", "S1X10", "P1,5X10", "S1P2,5", "X10A", "=2,1A", "=2,1H1", "A=2", "=2", "=,1", "H4", "S6",
-     "W", "x10", "X10:K", "]", "[", "("],
-)  # fmt: skip
+@pytest.mark.parametrize("step", [
+    "X10H1", "R1S2", "L1H2", "S1X10", "P1,5X10", "S1P2,5", "X10A", "=2,1A", "=2,1H1", "A=2", "=2", "=,1", "H4", "S6",
+    "W", "x10", "X10:K", "]", "[", "("])  # fmt: skip
 def test_a_step_in_the_wrong_order_is_a_data_fault(bench, if1, step):
     """Programming a sequence: "The format used ... is the same as in direct mode"; R7: F 8, all of it ignored."""
     # F is 16 for a number out of its range, 8 for everything else

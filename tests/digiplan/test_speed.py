@@ -69,16 +69,12 @@ def test_more_than_five_digits_are_refused(bench, if1, speed):
     play(bench, if1, f">3; 1.1 s; @{speed}; K: 128; F: 8|16; X40$; 1 s; X 40 pulses at 400")
 
 
-@pytest.mark.parametrize(
-    ("message", "expected"),
-    [
-        ("@200@400X10$", "10 pulses at 400"), ("X10@400@200$", "10 pulses at 200"), ("X20Y10@400$", "10 pulses at 400"),
-        ("<4<8X10@800$", "10 pulses at 800"), ("<8<4X200@800$", "200 pulses from 400 to 800 by 100 at 10000"),
-        ("^10^20X200@800$", "200 pulses from 400 to 800 by 100 at 20000"),
-        (">2>4X10@3<1$", "10 pulses at 3"), (">4>2X10@3<1$", "10 pulses at 12.5"),
-        ("B+5B-5X10@400$", "10 pulses at 400"),
-    ],
-)  # fmt: skip
+@pytest.mark.parametrize(("message", "expected"), [
+    ("@200@400X10$", "10 pulses at 400"), ("X10@400@200$", "10 pulses at 200"), ("X20Y10@400$", "10 pulses at 400"),
+    ("<4<8X10@800$", "10 pulses at 800"), ("<8<4X200@800$", "200 pulses from 400 to 800 by 100 at 10000"),
+    ("^10^20X200@800$", "200 pulses from 400 to 800 by 100 at 20000"),
+    (">2>4X10@3<1$", "10 pulses at 3"), (">4>2X10@3<1$", "10 pulses at 12.5"),
+    ("B+5B-5X10@400$", "10 pulses at 400")])  # fmt: skip
 def test_in_one_message_the_last_value_counts(bench, message, expected):
     """Acceleration: if one message holds the same parameter twice, the last value is used."""
     play(bench, ready(bench, recalculation_s=0.01), f"{message}; 4 s; X {expected}; F: 0")

@@ -263,11 +263,9 @@ def test_a_state_directory_that_is_a_file_is_told_in_one_line(tmp_path):
         Bench().add("if2", state=tmp_path / "file")
 
 
-@pytest.mark.parametrize(
-    "contents",
-    [b"", b"{}", b"[]", b"null", b"\xff\xfe", b'{"locked": true}', b'{"locked": "yes"}', b"{" * 3000,
-     b'{"locked": true, "baudrate": -5, "frame": {}, "parameters": {}, "sequence": 7}'],
-)  # fmt: skip
+@pytest.mark.parametrize("contents", [
+    b"", b"{}", b"[]", b"null", b"\xff\xfe", b'{"locked": true}', b'{"locked": "yes"}', b"{" * 3000,
+    b'{"locked": true, "baudrate": -5, "frame": {}, "parameters": {}, "sequence": 7}'])  # fmt: skip
 def test_a_file_that_is_not_ours_is_told_in_one_line(tmp_path, contents):
     """For a file that is edited or foreign, the error names place and remedy, without a traceback."""
     store(tmp_path, 10)

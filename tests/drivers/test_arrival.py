@@ -36,9 +36,8 @@ def moving(ports, model, **options):
 
 
 @pytest.mark.parametrize("ending", ["stop", "abort"])
-@pytest.mark.parametrize(
-    ("model", "options"), [("if1", {}), ("1811", {}), ("1811", {"interrupts": True}), ("smartmotor", {})]
-)
+@pytest.mark.parametrize(("model", "options"), [
+    ("if1", {}), ("1811", {}), ("1811", {"interrupts": True}), ("smartmotor", {})])  # fmt: skip
 def test_a_run_that_is_stopped_has_its_true_position(ports, model, options, ending):
     twin = ports.add(model)
     with connect(model, model, **options) as controller:
@@ -205,11 +204,9 @@ def test_each_motion_without_a_target_ends_at_rest(ports, model, way, end):
             assert status.limit_plus and (status.faults or model == "1811")
 
 
-@pytest.mark.parametrize(
-    ("text", "ends"),
-    [("S", True), ("OFF", True), ("MT T=0", True), ("O=500", True), ("RUN", True), ("END", True), ("GOSUB5", True),
-     ("UA=1 UAO", False), ("a=5", False)],
-)  # fmt: skip
+@pytest.mark.parametrize(("text", "ends"), [
+    ("S", True), ("OFF", True), ("MT T=0", True), ("O=500", True), ("RUN", True), ("END", True), ("GOSUB5", True),
+    ("UA=1 UAO", False), ("a=5", False)])  # fmt: skip
 def test_which_raw_commands_of_ones_own_end_a_move(ports, text, ends):
     ports.add("smartmotor")
     with connect("smartmotor", "smartmotor") as motor:

@@ -116,17 +116,13 @@ def test_bad_arguments_of_a_family_are_refused_and_nothing_is_sent(ports, monkey
         assert accepted == []
 
 
-@pytest.mark.parametrize(
-    ("model", "options"),
-    [
-        ("if1", {"timeout": nan}), ("1811", {"timeout": 0}), ("smartmotor", {"timeout": "1"}),
-        ("if1", {"timeout": inf}),
-        ("if1", {"start_stop": "400"}), ("if1", {"start_stop": 0}), ("if1", {"speed_range": "1"}),
-        ("if1", {"home_input": []}), ("smartmotor", {"addresses": "12"}), ("smartmotor", {"addresses": [1.5]}),
-        ("smartmotor", {"addresses": 3}), ("smartmotor", {"addresses": [1, 1]}), ("1811", {"home_percent": nan}),
-        ("1811", {"home_percent": "10"}), ("1811", {"marker_bit": []}),
-    ],
-)  # fmt: skip
+@pytest.mark.parametrize(("model", "options"), [
+    ("if1", {"timeout": nan}), ("1811", {"timeout": 0}), ("smartmotor", {"timeout": "1"}),
+    ("if1", {"timeout": inf}),
+    ("if1", {"start_stop": "400"}), ("if1", {"start_stop": 0}), ("if1", {"speed_range": "1"}),
+    ("if1", {"home_input": []}), ("smartmotor", {"addresses": "12"}), ("smartmotor", {"addresses": [1.5]}),
+    ("smartmotor", {"addresses": 3}), ("smartmotor", {"addresses": [1, 1]}), ("1811", {"home_percent": nan}),
+    ("1811", {"home_percent": "10"}), ("1811", {"marker_bit": []})])  # fmt: skip
 def test_bad_options(model, options):
     raises(DriverError, "expected", make, model, options)
 

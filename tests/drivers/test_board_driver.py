@@ -118,9 +118,8 @@ def status(request, byte):
     return b" ".join([byte] * count) + b"\n"
 
 
-@pytest.mark.parametrize(
-    ("answer", "says"), [(b"error: no\n", "error: no"), (b"zz\n", "hex bytes"), (b"10 10\n", "hex bytes")]
-)
+@pytest.mark.parametrize(("answer", "says"), [
+    (b"error: no\n", "error: no"), (b"zz\n", "hex bytes"), (b"10 10\n", "hex bytes")])  # fmt: skip
 def test_garbage_raises_a_clear_error(ports, answer, says):
     with pytest.raises(WrongAnswerError, match=says):
         connect(ports.answering(lambda data: answer if data.strip() else b""), "1811", timeout=0.1)

@@ -171,13 +171,11 @@ def test_the_other_families_are_not_an_if1(ports):
         connect("smartmotor", "if1")
 
 
-@pytest.mark.parametrize(
-    ("answers", "says"),
-    [([b"E\rC\r\n" * 2 + b"I\r5\r\n", b"Q\r", b"K"], "check the line for noise"),
-     ([b"C\r" * 2 + b"5\r", b"x\r"], "expected a whole number"), ([b"", b"", b"hello"], "expected the letter U"),
-     ([b"C\r" * 2 + b"5\r", b"9" * 5000], "check that the controller is connected to this port"),
-     ([b"E\rC\r\n" * 2 + b"I\r5\r\n", b"F", b"x"], "after the message F")],
-)  # fmt: skip
+@pytest.mark.parametrize(("answers", "says"), [
+    ([b"E\rC\r\n" * 2 + b"I\r5\r\n", b"Q\r", b"K"], "check the line for noise"),
+    ([b"C\r" * 2 + b"5\r", b"x\r"], "expected a whole number"), ([b"", b"", b"hello"], "expected the letter U"),
+    ([b"C\r" * 2 + b"5\r", b"9" * 5000], "check that the controller is connected to this port"),
+    ([b"E\rC\r\n" * 2 + b"I\r5\r\n", b"F", b"x"], "after the message F")])  # fmt: skip
 def test_garbage_raises_a_clear_error(ports, answers, says):
     left = iter(answers)
     with pytest.raises(WrongAnswerError, match=says):

@@ -183,14 +183,12 @@ def test_after_a_drive_fault(ports, moving):
         x.set_position(0)
 
 
-@pytest.mark.parametrize(
-    ("name", "remedy"),
-    [("PARITY", "check the line format, then call clear_faults"),
-     ("FRAMING", "check the line format, then call clear_faults"),
-     ("OVERRUN", "use the echo or a lower baud rate, then call clear_faults"),
-     ("DATA", "check the command, then call clear_faults"),
-     ("RANGE", "check the command and the speed range, then call clear_faults")],
-)  # fmt: skip
+@pytest.mark.parametrize(("name", "remedy"), [
+    ("PARITY", "check the line format, then call clear_faults"),
+    ("FRAMING", "check the line format, then call clear_faults"),
+    ("OVERRUN", "use the echo or a lower baud rate, then call clear_faults"),
+    ("DATA", "check the command, then call clear_faults"),
+    ("RANGE", "check the command and the speed range, then call clear_faults")])  # fmt: skip
 def test_after_a_communication_fault(ports, name, remedy):
     """Such a fault inhibits no move: one that ends before it is seen is made, and known."""
     with connected(ports, "if1") as (twin, _, x):
@@ -279,10 +277,9 @@ def test_after_a_broken_download(ports):
 
 
 @pytest.mark.parametrize("way", ["home", "set_position"])
-@pytest.mark.parametrize(
-    ("model", "lost"),
-    [("if1", "the power of the IF1 was cut"), ("1811", "was reset"), ("smartmotor", "the power of shaft was cut")],
-)
+@pytest.mark.parametrize(("model", "lost"), [
+    ("if1", "the power of the IF1 was cut"), ("1811", "was reset"), ("smartmotor", "the power of shaft was cut")
+])  # fmt: skip
 def test_after_a_loss_of_the_position(ports, model, lost, way):
     options = {"1811": {"motor": {"home": [150, 5000]}}}.get(model)
     driver = {"if1": {"home_input": 1}, "1811": {"home_edge_ccw": True}}.get(model, {})
@@ -334,11 +331,9 @@ def test_after_a_stop_by_another_host(ports, model):
 
 
 @pytest.mark.parametrize("way", ["wait", "stop"])
-@pytest.mark.parametrize(
-    ("model", "remedy"),
-    [("if1", "wait for the end of the motion, or stop the axes"),
-     ("1811", "wait for the end of the motion, or stop the motor")],
-)  # fmt: skip
+@pytest.mark.parametrize(("model", "remedy"), [
+    ("if1", "wait for the end of the motion, or stop the axes"),
+    ("1811", "wait for the end of the motion, or stop the motor")])  # fmt: skip
 def test_a_motion_in_progress(ports, model, remedy, way):
     with connected(ports, model) as (_, controller, axis):
         y = controller.axes.get("Y")
@@ -506,12 +501,10 @@ def spoiled(controller, monkeypatch, request, answer, *, times=1):
     monkeypatch.setattr(port, "read", read_spoiled)
 
 
-@pytest.mark.parametrize(
-    ("model", "request_", "answer", "says"),
-    [("if1", b"K", b"Q", "check the line for noise"), ("if1", b"K", b"K\r\n" + b"9" * 5000, "check"),
-     ("1811", b"r", b"zz\n", "expected 1 hex bytes"), ("smartmotor", b"RPW", b"x,y\r", "expected a whole number"),
-     ("smartmotor", b"RPW", b"X" * 5000, "check that the controller is connected to this port")],
-)  # fmt: skip
+@pytest.mark.parametrize(("model", "request_", "answer", "says"), [
+    ("if1", b"K", b"Q", "check the line for noise"), ("if1", b"K", b"K\r\n" + b"9" * 5000, "check"),
+    ("1811", b"r", b"zz\n", "expected 1 hex bytes"), ("smartmotor", b"RPW", b"x,y\r", "expected a whole number"),
+    ("smartmotor", b"RPW", b"X" * 5000, "check that the controller is connected to this port")])  # fmt: skip
 def test_after_noise(ports, monkeypatch, model, request_, answer, says):
     with connected(ports, model) as (_, controller, axis):
         spoiled(controller, monkeypatch, request_, answer)

@@ -70,15 +70,11 @@ def test_a_cancelled_request_does_not_shift_the_answers():
         asyncio.run(session(url_of(twin)))
 
 
-@pytest.mark.parametrize(
-    ("url", "says"),
-    [
-        ("tcp://127.0.0.1:9", r"connection refused\): start the server, and check the address"),
-        ("/dev/nothing", r"no such file or directory\): check the name of the port, the cable and your permissions"),
-        ("nonsense://x", "expected a port, e.g. socket://127.0.0.1:5001"),
-        ("tcp://x", "expected a port, e.g. socket://127.0.0.1:5001"),
-    ],
-)
+@pytest.mark.parametrize(("url", "says"), [
+    ("tcp://127.0.0.1:9", r"connection refused\): start the server, and check the address"),
+    ("/dev/nothing", r"no such file or directory\): check the name of the port, the cable and your permissions"),
+    ("nonsense://x", "expected a port, e.g. socket://127.0.0.1:5001"),
+    ("tcp://x", "expected a port, e.g. socket://127.0.0.1:5001")])  # fmt: skip
 def test_a_port_that_cannot_be_opened(url, says):
     with pytest.raises(PortError, match=rf"cannot open {url} \(.*{says}"):
         connect(url, "if1")
@@ -91,13 +87,11 @@ def test_a_server_that_disconnects():
         asyncio.run(connect_async(url, "if1"))
 
 
-@pytest.mark.parametrize(
-    ("model", "options", "says"),
-    [("if3", {}, "unknown model 'if3'"), ("if1", {"speed_range": 5}, "expected 1 to 4"),
-     ("if1", {"home_input": 4}, "expected 1, 2 or 3"), ("1811", {"marker_bit": 3}, "expected 0, 1, 2 or None"),
-     ("1811", {"home_percent": 0}, "from 1 to 100"), ("smartmotor", {"addresses": [121]}, "from 1 to 120"),
-     ("smartmotor", {"colour": "red"}, "colour")],
-)  # fmt: skip
+@pytest.mark.parametrize(("model", "options", "says"), [
+    ("if3", {}, "unknown model 'if3'"), ("if1", {"speed_range": 5}, "expected 1 to 4"),
+    ("if1", {"home_input": 4}, "expected 1, 2 or 3"), ("1811", {"marker_bit": 3}, "expected 0, 1, 2 or None"),
+    ("1811", {"home_percent": 0}, "from 1 to 100"), ("smartmotor", {"addresses": [121]}, "from 1 to 120"),
+    ("smartmotor", {"colour": "red"}, "colour")])  # fmt: skip
 def test_invalid_options(model, options, says):
     with pytest.raises(DriverError, match=says):
         connect("socket://127.0.0.1:9", model, **options)

@@ -116,17 +116,13 @@ def test_a_program_that_is_not_stored_and_one_that_is_not_sent(ports):
         raises(SilentError, "did not send its complete program", motor.program)
 
 
-@pytest.mark.parametrize(
-    ("answers", "error", "says"),
-    [
-        ([b""] * 3, SilentError, "no answer from shaft to RSP"),
-        ([b"C\r"], WrongAnswerError, "expected a whole number|a sample period and a version"),
-        ([b"24576/476\r", b"1,x\r5\r"], WrongAnswerError, "expected a whole number"),
-        ([b"24576/476\r", b"1,1"], SilentError, "incomplete answer '1,1'"),
-        ([b"RSP\r24576/476\r", b"RPW"], SilentError, "incomplete answer"),
-        ([b"RSP\r24576/476\r", b"XXXXXXX"], WrongAnswerError, "check the line for noise"),
-    ],
-)
+@pytest.mark.parametrize(("answers", "error", "says"), [
+    ([b""] * 3, SilentError, "no answer from shaft to RSP"),
+    ([b"C\r"], WrongAnswerError, "expected a whole number|a sample period and a version"),
+    ([b"24576/476\r", b"1,x\r5\r"], WrongAnswerError, "expected a whole number"),
+    ([b"24576/476\r", b"1,1"], SilentError, "incomplete answer '1,1'"),
+    ([b"RSP\r24576/476\r", b"RPW"], SilentError, "incomplete answer"),
+    ([b"RSP\r24576/476\r", b"XXXXXXX"], WrongAnswerError, "check the line for noise")])  # fmt: skip
 def test_garbage_raises_a_clear_error(ports, answers, error, says):
     left = iter(answers)
     with pytest.raises(error, match=says):
@@ -188,9 +184,8 @@ async def move_with_a_power_cut(rs485, acceleration, message, after):
 
 
 @pytest.mark.parametrize("rs485", [False, True])
-@pytest.mark.parametrize(
-    ("acceleration", "message"), [(30_000, b"A=A+40 RA\r"), (40_000, b"A=A+80 RA\r"), (15_000, b"A=A-20 RA\r")]
-)
+@pytest.mark.parametrize(("acceleration", "message"), [
+    (30_000, b"A=A+40 RA\r"), (40_000, b"A=A+80 RA\r"), (15_000, b"A=A-20 RA\r")])  # fmt: skip
 def test_a_power_cut_while_a_move_begins_is_noticed(rs485, acceleration, message):
     """The power is cut between the reading of the state and the move; the acceleration before it is 79 units."""
     for after in range(len(message) + 1):

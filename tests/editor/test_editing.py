@@ -38,11 +38,9 @@ def told(editing, text):
 # Command lines of an IF1
 
 
-@pytest.mark.parametrize(
-    ("text", "there", "not_there"),
-    [("|", "XYZ:@$#KE[", "=(U"), ("X100|", "@YGBSRP$", "EK+=A:"), ("X|", "+-@GB", "XE"), ("X100S1|", "$R#", "XPH%"),
-     (":X100|", ":@SR", "A=<>^"), (":H1|", "XA=:", ">"), ("P4|", ",$", "XS"), ("E|", "", "X$")],
-)  # fmt: skip
+@pytest.mark.parametrize(("text", "there", "not_there"), [
+    ("|", "XYZ:@$#KE[", "=(U"), ("X100|", "@YGBSRP$", "EK+=A:"), ("X|", "+-@GB", "XE"), ("X100S1|", "$R#", "XPH%"),
+    (":X100|", ":@SR", "A=<>^"), (":H1|", "XA=:", ">"), ("P4|", ",$", "XS"), ("E|", "", "X$")])  # fmt: skip
 def test_the_characters_that_may_follow(text, there, not_there):
     found = offered(IF1, text)
     assert set(there) <= set(found)

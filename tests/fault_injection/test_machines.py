@@ -389,11 +389,10 @@ def test_every_kind_has_descriptions(name):
     assert all(parameter.doc for parameter in kind.parameters)
 
 
-@pytest.mark.parametrize(
-    ("model", "pin", "level"),
-    [("if1", "input2", False), ("if1", "estop", False), ("if1", "limit_minus", False), ("1811", "home", True),
-     ("1811", "cw_limit", True), ("1811", "trigger3", True), ("smartmotor", "A", True), ("smartmotor", "C", True)],
-)  # fmt: skip
+@pytest.mark.parametrize(("model", "pin", "level"), [
+    ("if1", "input2", False), ("if1", "estop", False), ("if1", "limit_minus", False), ("1811", "home", True),
+    ("1811", "cw_limit", True), ("1811", "trigger3", True), ("smartmotor", "A", True), ("smartmotor", "C", True)
+])  # fmt: skip
 def test_an_open_wire_gives_an_input_the_level_without_current(model, pin, level):
     bench = Bench()
     controller = bench.add(model)
@@ -404,9 +403,8 @@ def test_an_open_wire_gives_an_input_the_level_without_current(model, pin, level
     assert controller.pins[pin].level is not level
 
 
-@pytest.mark.parametrize(
-    ("model", "pin", "words"), [("if1", "led", "is an output"), ("1811", "channel_z", "use the fault `stuck`")]
-)
+@pytest.mark.parametrize(("model", "pin", "words"), [
+    ("if1", "led", "is an output"), ("1811", "channel_z", "use the fault `stuck`")])  # fmt: skip
 def test_an_open_wire_needs_an_input_with_a_known_level(model, pin, words):
     bench = Bench()
     with pytest.raises(UsageError, match=words):

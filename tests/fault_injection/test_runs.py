@@ -112,38 +112,34 @@ def test_a_trigger_accepts_a_program_that_is_stored_later(table):
     assert called_off.began_ns is None
 
 
-@pytest.mark.parametrize(
-    ("fixture", "sentence", "message"),
-    [
-        ("motor", "motor runs", "invalid event when='motor runs': expected e.g. 'motor runs 12'"),
-        ("motor", "motor runs C5", "invalid event when='motor runs C5': expected e.g. 'motor runs 12'"),
-        ("motor", "motor runs 1:5", "invalid event when='motor runs 1:5': expected e.g. 'motor runs 12'"),
-        ("motor", "motor runs 0", "invalid line number 0 in a program of motor: expected 1 or more"),
+@pytest.mark.parametrize(("fixture", "sentence", "message"), [
+    ("motor", "motor runs", "invalid event when='motor runs': expected e.g. 'motor runs 12'"),
+    ("motor", "motor runs C5", "invalid event when='motor runs C5': expected e.g. 'motor runs 12'"),
+    ("motor", "motor runs 1:5", "invalid event when='motor runs 1:5': expected e.g. 'motor runs 12'"),
+    ("motor", "motor runs 0", "invalid line number 0 in a program of motor: expected 1 or more"),
+    (
+        "motor",
+        "motor runs 3",
         (
-            "motor",
-            "motor runs 3",
-            (
-                "program line 3 (C5) of motor contains nothing to execute, "
-                "so no fault can begin at this line: expected line 4 (a=a+1)"
-            ),
+            "program line 3 (C5) of motor contains nothing to execute, "
+            "so no fault can begin at this line: expected line 4 (a=a+1)"
         ),
+    ),
+    (
+        "motor",
+        "motor runs 8",
         (
-            "motor",
-            "motor runs 8",
-            (
-                "program line 8 (ENDIF) of motor contains nothing to execute, "
-                "so no fault can begin at this line: expected line 9 (END)"
-            ),
+            "program line 8 (ENDIF) of motor contains nothing to execute, "
+            "so no fault can begin at this line: expected line 9 (END)"
         ),
-        ("motor", "engine runs 8", "unknown controller 'engine': expected one of motor"),
-        ("table", "table runs 64", "invalid line number 64 in a program of table: expected 1 to 63"),
-        ("table", "table runs 3:2", "invalid event when='table runs 3:2': expected e.g. 'table runs 12'"),
-        ("board", "board runs 2", "invalid event when='board runs 2': expected e.g. 'board runs 3:2'"),
-        ("board", "board runs 3:0", "invalid line number 0 in a program of board: expected 1 or more"),
-        ("board", "board runs 16:1", "board has no program 16: expected sequence 1 to sequence 15"),
-        ("board", "board runs ³:1", "invalid event when='board runs ³:1': expected e.g. 'board runs 3:2'"),
-    ],
-)
+    ),
+    ("motor", "engine runs 8", "unknown controller 'engine': expected one of motor"),
+    ("table", "table runs 64", "invalid line number 64 in a program of table: expected 1 to 63"),
+    ("table", "table runs 3:2", "invalid event when='table runs 3:2': expected e.g. 'table runs 12'"),
+    ("board", "board runs 2", "invalid event when='board runs 2': expected e.g. 'board runs 3:2'"),
+    ("board", "board runs 3:0", "invalid line number 0 in a program of board: expected 1 or more"),
+    ("board", "board runs 16:1", "board has no program 16: expected sequence 1 to sequence 15"),
+    ("board", "board runs ³:1", "invalid event when='board runs ³:1': expected e.g. 'board runs 3:2'")])  # fmt: skip
 def test_errors_have_a_remedy(request, fixture, sentence, message):
     bench = request.getfixturevalue(fixture)
     with pytest.raises(UsageError) as told:

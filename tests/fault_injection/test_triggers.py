@@ -21,12 +21,10 @@ def bench():
     return bench
 
 
-@pytest.mark.parametrize(
-    ("when", "nth", "at_position"),
-    [("if1.X passes 100", 1, 100), ("if1.X passes 100", 2, 100), ("X passes 150 down", 1, 150),
-     ("input2 rises", 1, 400), ("input2 falls", 1, 0), ("input2 changes", 2, 0), (r"if1 hears N\r", 1, 400),
-     ("if1 says 00", 1, 400)],
-)  # fmt: skip
+@pytest.mark.parametrize(("when", "nth", "at_position"), [
+    ("if1.X passes 100", 1, 100), ("if1.X passes 100", 2, 100), ("X passes 150 down", 1, 150),
+    ("input2 rises", 1, 400), ("input2 falls", 1, 0), ("input2 changes", 2, 0), (r"if1 hears N\r", 1, 400),
+    ("if1 says 00", 1, 400)])  # fmt: skip
 def test_a_fault_begins_at_the_exact_time(bench, when, nth, at_position):
     axis = bench["if1"].axes["X"]
     fault = bench.faults.add("stuck", "input3", level="high", when=when, nth=nth, here="if1")
@@ -112,27 +110,25 @@ def test_a_waiting_fault_can_be_cancelled(bench):
     assert bench["if1"].axes["X"].position == 100
 
 
-@pytest.mark.parametrize(
-    ("words_", "message"),
-    [("los 3", "unknown kind of fault 'los': did you mean 'lose'?"),
-     ("lose 3 4 5 6", "unexpected value '6' of the fault lose: leave out '6'"),
-     ("lose serial count=x", "count='x': expected a whole number of characters, 1 or more"),
-     ("lose speed=3", "fault lose has no parameter 'speed': expected count or probability or way"),
-     ("stuck input1", "fault stuck needs the parameter level: expected high or low"),
-     ("stuck low", "the fault stuck needs the name of a pin: expected e.g. if1.input1"),
-     ("jam on=Q", "unknown axis 'Q': expected one of if1.X, if1.Y, if1.Z, X, Y, Z"),
-     ("jam X when='X goes'",
-      "invalid event when='X goes': expected e.g. 'if1.X passes 1000'; possible verbs are passes"),
-     ("jam X when='X passes far'", "when='X passes far': expected e.g. 'X passes 1000'"),
-     ("jam X when='switch ends'", "unknown fault 'switch': known faults are none"),
-     ("jam X when='if1 raises Be'", "if1 has no fault flag 'Be': expected one of drive, emergency_stop, limit"),
-     ("jam X at=soon", "invalid value at='soon': expected a number, e.g. at=1"),
-     ("jam X duration=-1", "invalid duration=-1.0: expected a number of seconds, 0 or more"),
-     ("break duration=1", "the fault break occurs only once and cannot have a duration: leave out `duration`"),
-     ("jam X nth=0", "invalid nth=0: expected a whole number of 1 or more, e.g. nth=3"),
-     ("overheat", "if1 is not a SmartMotor: expected the name"), ("jam 'X", "a quotation mark is missing"),
-     ("lose count=1 count=2", "count is given twice")],
-)  # fmt: skip
+@pytest.mark.parametrize(("words_", "message"), [
+    ("los 3", "unknown kind of fault 'los': did you mean 'lose'?"),
+    ("lose 3 4 5 6", "unexpected value '6' of the fault lose: leave out '6'"),
+    ("lose serial count=x", "count='x': expected a whole number of characters, 1 or more"),
+    ("lose speed=3", "fault lose has no parameter 'speed': expected count or probability or way"),
+    ("stuck input1", "fault stuck needs the parameter level: expected high or low"),
+    ("stuck low", "the fault stuck needs the name of a pin: expected e.g. if1.input1"),
+    ("jam on=Q", "unknown axis 'Q': expected one of if1.X, if1.Y, if1.Z, X, Y, Z"),
+    ("jam X when='X goes'",
+     "invalid event when='X goes': expected e.g. 'if1.X passes 1000'; possible verbs are passes"),
+    ("jam X when='X passes far'", "when='X passes far': expected e.g. 'X passes 1000'"),
+    ("jam X when='switch ends'", "unknown fault 'switch': known faults are none"),
+    ("jam X when='if1 raises Be'", "if1 has no fault flag 'Be': expected one of drive, emergency_stop, limit"),
+    ("jam X at=soon", "invalid value at='soon': expected a number, e.g. at=1"),
+    ("jam X duration=-1", "invalid duration=-1.0: expected a number of seconds, 0 or more"),
+    ("break duration=1", "the fault break occurs only once and cannot have a duration: leave out `duration`"),
+    ("jam X nth=0", "invalid nth=0: expected a whole number of 1 or more, e.g. nth=3"),
+    ("overheat", "if1 is not a SmartMotor: expected the name"), ("jam 'X", "a quotation mark is missing"),
+    ("lose count=1 count=2", "count is given twice")])  # fmt: skip
 def test_invalid_faults_are_refused_before_they_are_added(bench, words_, message):
     with pytest.raises(UsageError) as told:
         sentences.read(words_, bench.faults, "if1")

@@ -248,21 +248,20 @@ def test_another_version_of_axistwin_is_refused(unpacked):
         instance(folder)
 
 
-@pytest.mark.parametrize(
-    ("words", "told"),
-    [(["-o", "my-machine.fmu"], "expected letters, digits and _, e.g. machine.fmu"),
-     (["-o", "machine.zip"], "expected a name that ends in .fmu"),
-     (["-o", "missing/machine.fmu"], "missing/machine.fmu cannot be written: no such file or directory"),
-     (["--command", "start"],
-      "invalid --command 'start': expected NAME: > COMMAND or NAME: ! ACTION, e.g. 'start: > X3000@5000S1$\\r'"),
-     (["--command", "a b: > X"], "invalid command name 'a b'"),
-     (["--command", "time: > X"], "invalid command name 'time'"),
-     (["--command", "start: knife: X"], "command 'start': unknown kind of line"),
-     (["--command", "start: > X"], "command 'start': no controller name in '> X'"),
-     (["--command", "start: knife: = D low"], "command 'start': invalid line 'knife: = D low'"),
-     (["--command", "start: knife: ! Q low"], "command 'start': unknown name 'Q'"),
-     (["--command", "a: knife: ! D low", "--command", "a: knife: ! D high"], "two --command options have the name a")],
-)  # fmt: skip
+@pytest.mark.parametrize(("words", "told"), [
+    (["-o", "my-machine.fmu"], "expected letters, digits and _, e.g. machine.fmu"),
+    (["-o", "machine.zip"], "expected a name that ends in .fmu"),
+    (["-o", "missing/machine.fmu"], "missing/machine.fmu cannot be written: no such file or directory"),
+    (["--command", "start"],
+     "invalid --command 'start': expected NAME: > COMMAND or NAME: ! ACTION, e.g. 'start: > X3000@5000S1$\\r'"),
+    (["--command", "a b: > X"], "invalid command name 'a b'"),
+    (["--command", "time: > X"], "invalid command name 'time'"),
+    (["--command", "start: knife: X"], "command 'start': unknown kind of line"),
+    (["--command", "start: > X"], "command 'start': no controller name in '> X'"),
+    (["--command", "start: knife: = D low"], "command 'start': invalid line 'knife: = D low'"),
+    (["--command", "start: knife: ! Q low"], "command 'start': unknown name 'Q'"),
+    (["--command", "a: knife: ! D low", "--command", "a: knife: ! D high"], "two --command options have the name a")
+])  # fmt: skip
 def test_errors_are_one_line_and_nothing_is_written(scene, words, told, monkeypatch):
     monkeypatch.chdir(scene.parent)
     done = run("fmu", scene, *words)

@@ -54,16 +54,15 @@ def test_no_file_is_written_if_answers_are_missing(tmp_path):
     assert not (tmp_path / "cell").exists()
 
 
-@pytest.mark.parametrize(
-    ("option", "message"),
-    [(["--models", "x"], "no model 'x': expected one or more of if1, if2, 1810, 1811, smartmotor"),
-     (["--models", ","], "no model is given: expected one or more of if1, if2, 1810, 1811, smartmotor"),
-     (["--axes", "0"], "invalid number of axes '0': expected 1 to 3, e.g. 2"),
-     (["--travel", "x"], "invalid travel 'x': expected 100 to 100000000, e.g. 20000"),
-     (["--host", "x"], "invalid host 'x': expected one of scene, outside, both"),
-     (["--port", "bus://:1"],
-      "invalid port 'bus://:1' of the first controller: expected a tcp or rfc2217 port, e.g. tcp://127.0.0.1:5001")],
-)  # fmt: skip
+@pytest.mark.parametrize(("option", "message"), [
+    (["--models", "x"], "no model 'x': expected one or more of if1, if2, 1810, 1811, smartmotor"),
+    (["--models", ","], "no model is given: expected one or more of if1, if2, 1810, 1811, smartmotor"),
+    (["--axes", "0"], "invalid number of axes '0': expected 1 to 3, e.g. 2"),
+    (["--travel", "x"], "invalid travel 'x': expected 100 to 100000000, e.g. 20000"),
+    (["--host", "x"], "invalid host 'x': expected one of scene, outside, both"),
+    (["--port", "bus://:1"],
+     "invalid port 'bus://:1' of the first controller: expected a tcp or rfc2217 port, e.g. tcp://127.0.0.1:5001")
+])  # fmt: skip
 def test_a_wrong_option_is_refused(tmp_path, option, message):
     assert refused("new", tmp_path / "cell", "--yes", *option) == (2, f"axistwin: {message}\n")
     assert not (tmp_path / "cell").exists()

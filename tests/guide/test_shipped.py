@@ -39,15 +39,13 @@ def test_nothing_is_overwritten(tmp_path):
     assert mine.read_text() == "mine"
 
 
-@pytest.mark.parametrize(
-    ("words", "message"),
-    [(["examples", "dril", "x"], "no example 'dril': did you mean drill?"),
-     (["examples", "zzz", "x"],
-      "no example 'zzz': expected cut-to-length, drill, gains, old-hosts, stand-in, winder, xy-table"),
-     (["examples", "drill"],
-      "the directory for the example is missing: expected e.g. 'axistwin examples drill my-drill'"),
-     (["docs", "prots"], "no page 'prots': did you mean ports?")],
-)  # fmt: skip
+@pytest.mark.parametrize(("words", "message"), [
+    (["examples", "dril", "x"], "no example 'dril': did you mean drill?"),
+    (["examples", "zzz", "x"],
+     "no example 'zzz': expected cut-to-length, drill, gains, old-hosts, stand-in, winder, xy-table"),
+    (["examples", "drill"],
+     "the directory for the example is missing: expected e.g. 'axistwin examples drill my-drill'"),
+    (["docs", "prots"], "no page 'prots': did you mean ports?")])  # fmt: skip
 def test_wrong_arguments_are_refused(words, message):
     assert refused(*words) == (2, f"axistwin: {message}\n")
 

@@ -235,23 +235,18 @@ LONG = struct.pack(">HHHHIIII", READ, 0xFFFF, 6, 0, 0, 0, 2**31, 1)
 """The beginning of a message of 2 GiB."""
 
 
-@pytest.mark.parametrize(
-    ("data", "why"),
-    [
-        (message(READ, kind=6, count=1, first=77), "ReadNotifyRequest: unknown number 77"),
-        (message(WRITE, bytes(8), 6, 1, 77), "WriteNotifyRequest: unknown number 77"),
-        (message(SUBSCRIBE, bytes(16), 6, 1, 77), "EventAddRequest: unknown number 77"),
-        (message(SUBSCRIBE, b"", 6, 1), "message: Buffer size too small (0 instead of at least 16 bytes)"),
-        (message(99), "message: Packet with bad command ID 0x63 was received."),
-        (bytes(range(1, 17)) * 64, "message: Packet with bad command ID 0x102 was received."),
-        (LONG + bytes(16384), "message: longer than 16384 bytes"),
-        (
-            message(CREATE, b"P".ljust(8, b"\0"), first=5, second=13) + message(CLEAR, first=1, second=0),
-            CROSSED,
-        ),
-    ],
-    ids=["read", "write", "subscribe", "short", "command", "noise", "long", "crossed"],
-)  # fmt: skip
+@pytest.mark.parametrize(("data", "why"), [
+    (message(READ, kind=6, count=1, first=77), "ReadNotifyRequest: unknown number 77"),
+    (message(WRITE, bytes(8), 6, 1, 77), "WriteNotifyRequest: unknown number 77"),
+    (message(SUBSCRIBE, bytes(16), 6, 1, 77), "EventAddRequest: unknown number 77"),
+    (message(SUBSCRIBE, b"", 6, 1), "message: Buffer size too small (0 instead of at least 16 bytes)"),
+    (message(99), "message: Packet with bad command ID 0x63 was received."),
+    (bytes(range(1, 17)) * 64, "message: Packet with bad command ID 0x102 was received."),
+    (LONG + bytes(16384), "message: longer than 16384 bytes"),
+    (
+        message(CREATE, b"P".ljust(8, b"\0"), first=5, second=13) + message(CLEAR, first=1, second=0),
+        CROSSED,
+    )], ids=["read", "write", "subscribe", "short", "command", "noise", "long", "crossed"])  # fmt: skip
 def test_an_invalid_message_costs_its_sender_the_connection_and_us_one_line(caplog, data, why):
     async def visits():
         async with served({"P": channel_of(Kind.LONG, 0)}) as visitor:

@@ -66,12 +66,10 @@ def make(engine, prefix, name):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(
-    ("make", "libraries"),
-    [(OPHYD, ["ophyd", "epics"]), (OPHYD_ASYNC.replace("SCHEME", "ca"), ["ophyd_async", "aioca"]),
-     (OPHYD_ASYNC.replace("SCHEME", "pva"), ["ophyd_async", "p4p"])],
-    ids=["ophyd", "ophyd-async by Channel Access", "ophyd-async by PV Access"],
-)  # fmt: skip
+@pytest.mark.parametrize(("make", "libraries"), [
+    (OPHYD, ["ophyd", "epics"]), (OPHYD_ASYNC.replace("SCHEME", "ca"), ["ophyd_async", "aioca"]),
+    (OPHYD_ASYNC.replace("SCHEME", "pva"), ["ophyd_async", "p4p"])
+], ids=["ophyd", "ophyd-async by Channel Access", "ophyd-async by PV Access"])  # fmt: skip
 def test_a_scan_of_11_points_has_exact_positions(ioc, make, libraries):
     needs("bluesky", *libraries)
     found = client(ioc, f"import asyncio{make}{BLUESKY}")

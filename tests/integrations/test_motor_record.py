@@ -126,10 +126,8 @@ def test_limits_of_the_record_refuse_targets_and_end_jogs():
     run(session, **MM)
 
 
-@pytest.mark.parametrize(
-    ("model", "options"),
-    [("1811", MM), ("if1", {"self_test_s": 0.1, "X": MM["motor"]}), ("smartmotor", {"shaft": MM["motor"]})],
-)
+@pytest.mark.parametrize(("model", "options"), [
+    ("1811", MM), ("if1", {"self_test_s": 0.1, "X": MM["motor"]}), ("smartmotor", {"shaft": MM["motor"]})])  # fmt: skip
 def test_a_jog_comes_to_rest_at_the_limit_however_seldom_the_axis_is_read(model, options):
     async def session(lab):
         record = next(iter(lab.records.values()))

@@ -24,11 +24,9 @@ def test_an_empty_folder_of_trusted_clients(tmp_path):
     secured(tmp_path)
 
 
-@pytest.mark.parametrize(
-    ("name", "contents"),
-    [("key.pem", b"garbage"), ("key.pem", None), ("certificate.der", b""), ("trusted/a.pem", b""),
-     ("trusted/a.der", b"garbage")],
-)  # fmt: skip
+@pytest.mark.parametrize(("name", "contents"), [
+    ("key.pem", b"garbage"), ("key.pem", None), ("certificate.der", b""), ("trusted/a.pem", b""),
+    ("trusted/a.der", b"garbage")])  # fmt: skip
 def test_files_that_are_no_certificates(tmp_path, name, contents):
     """The remedy of the message is to delete both files of the server, and what is wrong in `trusted`."""
     secured(tmp_path)

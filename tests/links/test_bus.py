@@ -162,32 +162,28 @@ def test_a_board_without_power_drives_nothing(served, port):
         assert [host.ask("r 0"), host.ask("r 1"), host.ask("w 1 20")] == ["ff", "ff", "ok"]
 
 
-@pytest.mark.parametrize(
-    ("request_", "answer"),
-    [
-        ("x", "error: unknown request 'x': expected r, w, i, s or init, e.g. r 0"),
-        ("r", "error: unknown request 'r'"),
-        ("r 2", "error: invalid offset '2': expected a number from 0 to 1"),
-        ("r -1", "error: invalid offset '-1'"),
-        ("r ²", "error: invalid offset"),
-        ("r 0 0", "error: invalid number of bytes '0': expected a number from 1 to 256"),
-        ("r 0 257", "error: invalid number of bytes '257': expected a number from 1 to 256"),
-        ("w 0", "error: unknown request"),
-        ("w 0 100", "error: invalid byte '100': expected two hex digits"),
-        ("w 0 33 xx", "error: invalid byte 'xx'"),
-        ("w 0 " + "00 " * (MAX_BLOCK + 1), "error: cannot write 257 bytes in one request: expected at most 256"),
-        ("s 2", "error: unknown request"),
-        ("init now", "error: unknown request"),
-        (
-            "x" * (LONGEST_LINE + 1),
-            "error: the bus request is too long: expected at most 1024 characters, e.g. `r 0 16`",
-        ),
-        (
-            "x" * 10 * LONGEST_LINE,
-            "error: the bus request is too long: expected at most 1024 characters, e.g. `r 0 16`",
-        ),
-    ],
-)
+@pytest.mark.parametrize(("request_", "answer"), [
+    ("x", "error: unknown request 'x': expected r, w, i, s or init, e.g. r 0"),
+    ("r", "error: unknown request 'r'"),
+    ("r 2", "error: invalid offset '2': expected a number from 0 to 1"),
+    ("r -1", "error: invalid offset '-1'"),
+    ("r ²", "error: invalid offset"),
+    ("r 0 0", "error: invalid number of bytes '0': expected a number from 1 to 256"),
+    ("r 0 257", "error: invalid number of bytes '257': expected a number from 1 to 256"),
+    ("w 0", "error: unknown request"),
+    ("w 0 100", "error: invalid byte '100': expected two hex digits"),
+    ("w 0 33 xx", "error: invalid byte 'xx'"),
+    ("w 0 " + "00 " * (MAX_BLOCK + 1), "error: cannot write 257 bytes in one request: expected at most 256"),
+    ("s 2", "error: unknown request"),
+    ("init now", "error: unknown request"),
+    (
+        "x" * (LONGEST_LINE + 1),
+        "error: the bus request is too long: expected at most 1024 characters, e.g. `r 0 16`",
+    ),
+    (
+        "x" * 10 * LONGEST_LINE,
+        "error: the bus request is too long: expected at most 1024 characters, e.g. `r 0 16`",
+    )])  # fmt: skip
 def test_what_is_wrong_is_answered_by_one_line(port, request_, answer):
     with Host(port) as host:
         assert host.ask(request_).startswith(answer)

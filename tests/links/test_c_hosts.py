@@ -136,13 +136,9 @@ def test_the_programs_of_appendix_d_drive_a_move(served, bus, tmp_path):
 
 
 @pytest.mark.skipif(not appendix_d.MANUAL.exists(), reason="the manual is not here")
-@pytest.mark.parametrize(
-    ("name", "complaint", "front", "option"),
-    [
-        ("1810U.C", "conflicting types for .stat_wait", appendix_d.FORWARD, ()),
-        ("FIFO.C", ".n. undeclared", "", (appendix_d.COUNT,)),
-    ],
-)
+@pytest.mark.parametrize(("name", "complaint", "front", "option"), [
+    ("1810U.C", "conflicting types for .stat_wait", appendix_d.FORWARD, ()),
+    ("FIFO.C", ".n. undeclared", "", (appendix_d.COUNT,))])  # fmt: skip
 def test_appendix_d_needs_a_declaration_and_a_macro(tmp_path, name, complaint, front, option):
     """docs/bus.md names both, with this command."""
     listing = appendix_d.programs()[name]
@@ -166,9 +162,8 @@ def test_the_whole_header(bus, host):
     assert (done.returncode, done.stdout, done.stderr) == (0, "01 2a", "")
 
 
-@pytest.mark.parametrize(
-    ("where", "words"), [("", "set it to HOST:PORT"), ("nonsense", "set it to HOST:PORT"), ("127.0.0.1:1", "no answer")]
-)
+@pytest.mark.parametrize(("where", "words"), [
+    ("", "set it to HOST:PORT"), ("nonsense", "set it to HOST:PORT"), ("127.0.0.1:1", "no answer")])  # fmt: skip
 def test_a_bus_that_is_not_there_ends_the_program(host, where, words):
     done = run(host, where)
     assert done.returncode == 3

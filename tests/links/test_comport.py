@@ -36,24 +36,20 @@ def say(port, data):
 # Negotiation
 
 
-@pytest.mark.parametrize(
-    ("asked", "answer"),
-    [
-        (DO + BINARY, WILL + BINARY),
-        (DO + ECHO, WILL + ECHO),
-        (DO + SGA, WILL + SGA),
-        (DO + STATUS, WONT + STATUS),
-        (WILL + BINARY, DO + BINARY),
-        (WILL + SGA, DO + SGA),
-        (WILL + ECHO, DONT + ECHO),
-        (WILL + STATUS, DONT + STATUS),
-        (DONT + BINARY, b""),
-        (WONT + BINARY, b""),
-        (DO + BINARY + DO + BINARY, WILL + BINARY),
-        (DO + BINARY + DONT + BINARY, WILL + BINARY + WONT + BINARY),
-        (WILL + BINARY + WONT + BINARY, DO + BINARY + DONT + BINARY),
-    ],
-)
+@pytest.mark.parametrize(("asked", "answer"), [
+    (DO + BINARY, WILL + BINARY),
+    (DO + ECHO, WILL + ECHO),
+    (DO + SGA, WILL + SGA),
+    (DO + STATUS, WONT + STATUS),
+    (WILL + BINARY, DO + BINARY),
+    (WILL + SGA, DO + SGA),
+    (WILL + ECHO, DONT + ECHO),
+    (WILL + STATUS, DONT + STATUS),
+    (DONT + BINARY, b""),
+    (WONT + BINARY, b""),
+    (DO + BINARY + DO + BINARY, WILL + BINARY),
+    (DO + BINARY + DONT + BINARY, WILL + BINARY + WONT + BINARY),
+    (WILL + BINARY + WONT + BINARY, DO + BINARY + DONT + BINARY)])  # fmt: skip
 def test_an_option_is_answered_when_it_changes(asked, answer):
     assert say(ComPort(USUAL, ""), asked) == ([], answer)
 
@@ -195,16 +191,12 @@ def test_the_control_lines_are_told_when_asked(port):
     assert say(port, sub(7)) == ([], sub(107, b"\x20"))
 
 
-@pytest.mark.parametrize(
-    ("errors", "mask", "told"),
-    [
-        (LineError.PARITY, 0x04, sub(106, b"\x64")),
-        (LineError.FRAMING, 0x08, sub(106, b"\x68")),
-        (LineError.FRAMING | LineError.BREAK, 0x10, sub(106, b"\x78")),
-        (LineError.PARITY, 0x18, b""),
-        (LineError.NONE, 0xFF, b""),
-    ],
-)
+@pytest.mark.parametrize(("errors", "mask", "told"), [
+    (LineError.PARITY, 0x04, sub(106, b"\x64")),
+    (LineError.FRAMING, 0x08, sub(106, b"\x68")),
+    (LineError.FRAMING | LineError.BREAK, 0x10, sub(106, b"\x78")),
+    (LineError.PARITY, 0x18, b""),
+    (LineError.NONE, 0xFF, b"")])  # fmt: skip
 def test_a_line_error_is_told_if_the_client_wants_to_know(port, errors, mask, told):
     say(port, sub(10, bytes((mask,))))
     port.set_line_state(errors)

@@ -56,9 +56,8 @@ def test_a_constant_rate_is_arithmetic():
     assert [profile.pulse_ns(n) for n in (1, 2, 3, 1_000_000_000)] == [n * S // 300 for n in (1, 2, 3, 1_000_000_000)]
 
 
-@pytest.mark.parametrize(
-    "rate", [Fraction(25, 4) * 1441, Fraction(100_000), Fraction(13_107_200, 3 * 16), Fraction(7, 3)]
-)
+@pytest.mark.parametrize("rate", [
+    Fraction(25, 4) * 1441, Fraction(100_000), Fraction(13_107_200, 3 * 16), Fraction(7, 3)])  # fmt: skip
 def test_long_expansions_equal_the_arithmetic_at_every_seam(rate):
     profile = Profile([Segment(rate, None)])
     first, count = 123_456_789, 3 * MOST_BLOCK + 17

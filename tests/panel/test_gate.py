@@ -25,19 +25,9 @@ def asked(token, *requests, base="http://127.0.0.1:8080"):
     return asyncio.run(ask())
 
 
-@pytest.mark.parametrize(
-    ("host", "own"),
-    [
-        ("localhost", True),
-        ("127.0.0.1", True),
-        ("127.1.2.3", True),
-        ("::1", True),
-        ("panel.localhost", True),
-        ("192.168.1.7", False),
-        ("localhost.example.com", False),
-        ("", False),
-    ],
-)
+@pytest.mark.parametrize(("host", "own"), [
+    ("localhost", True), ("127.0.0.1", True), ("127.1.2.3", True), ("::1", True), ("panel.localhost", True),
+    ("192.168.1.7", False), ("localhost.example.com", False), ("", False)])  # fmt: skip
 def test_names_of_this_machine(host, own):
     assert web_gate.is_loopback(host) is own
 

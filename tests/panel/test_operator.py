@@ -77,15 +77,11 @@ def test_a_selector_switch_has_one_position(visit, context):
         assert (pins["input2"].level, pins["input3"].level) == levels
 
 
-@pytest.mark.parametrize(
-    ("text", "message"),
-    [
-        ('[[operator.button]]\nname = "a"\npin = "cell.input9"', r"cell\.toml:6:1: cell has no pin 'input9'"),
-        ('[[operator.button]]\nname = "a"\npin = "cell.output1"', r"cell\.output1 is an output: expected an input"),
-        ('[[operator.lamp]]\nname = "a"\npin = "led"', r"CONTROLLER\.PIN"),
-        ('[[operator.selector]]\nname = "a"\npositions = { on = "cell.input1" }', "at least 2"),
-    ],
-)
+@pytest.mark.parametrize(("text", "message"), [
+    ('[[operator.button]]\nname = "a"\npin = "cell.input9"', r"cell\.toml:6:1: cell has no pin 'input9'"),
+    ('[[operator.button]]\nname = "a"\npin = "cell.output1"', r"cell\.output1 is an output: expected an input"),
+    ('[[operator.lamp]]\nname = "a"\npin = "led"', r"CONTROLLER\.PIN"),
+    ('[[operator.selector]]\nname = "a"\npositions = { on = "cell.input1" }', "at least 2")])  # fmt: skip
 def test_an_invalid_operator_panel(tmp_path, text, message):
     with pytest.raises(SceneError, match=message):
         loaded(tmp_path, text).build()

@@ -208,9 +208,8 @@ def test_zooming_keeps_what_is_under_the_pointer_and_panning_pauses(bench, recor
 CHANGES = ((0, 0), (10, 5), (20, 2), (30, 8), (40, 1))
 
 
-@pytest.mark.parametrize(
-    ("slope", "first", "last"), [(UP, 10, 30), (DOWN, 20, 40), (EITHER, 10, 40)]
-)  # fmt: skip
+@pytest.mark.parametrize(("slope", "first", "last"), [
+    (UP, 10, 30), (DOWN, 20, 40), (EITHER, 10, 40)])  # fmt: skip
 def test_a_number_that_passes_a_value_is_an_edge(slope, first, last):
     trigger, track = Trigger(slope=slope, value=3), track_of(*CHANGES)
 

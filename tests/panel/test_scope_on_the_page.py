@@ -323,11 +323,9 @@ def test_a_click_tells_its_lane(visit):
     assert screen.cursors.b_ns == first_ns
 
 
-@pytest.mark.parametrize(
-    "what",
-    [{}, {"do": "zoom", "factor": "x"}, {"do": "zoom", "factor": None}, {"do": "size", "pixels": 1e300},
-     {"do": "key", "key": None}, {"do": "click", "place": -7}],
-)  # fmt: skip
+@pytest.mark.parametrize("what", [
+    {}, {"do": "zoom", "factor": "x"}, {"do": "zoom", "factor": None}, {"do": "size", "pixels": 1e300},
+    {"do": "key", "key": None}, {"do": "click", "place": -7}])  # fmt: skip
 @shown(scope, "if1", after=1.5)
 def test_whatever_a_browser_says_does_no_harm(visit, what):
     tell(visit, **what)
@@ -363,10 +361,9 @@ def test_it_is_as_it_was_when_somebody_comes_back_and_others_have_their_own():
     assert "if1.led" in common(Scopes).recorder.record.tracks
 
 
-@pytest.mark.parametrize(
-    ("mark", "begins"),
-    [("seen.csv", b"# axistwin:"), ("all.vcd", b"$comment"), ("all.parquet", b"PAR1"), ("seen.svg", b"<?xml")],
-)
+@pytest.mark.parametrize(("mark", "begins"), [
+    ("seen.csv", b"# axistwin:"), ("all.vcd", b"$comment"), ("all.parquet", b"PAR1"), ("seen.svg", b"<?xml")
+])  # fmt: skip
 def test_it_is_saved_as_a_file(mark, begins):
     async def play(visit):
         visit.run(1.5)

@@ -79,14 +79,10 @@ def test_frames_leave_without_delay():
 BEGIN, NONE = b"GET /none HTTP/1.1\r\nHost: localhost\r\n", "HTTP/1.1 404"
 
 
-@pytest.mark.parametrize(
-    ("idle_s", "requests", "answers"),
-    [
-        (0.1, [b"", BEGIN + b"\r\n", b"GET / HT", b""], ["", NONE, "", ""]),
-        (1000, [BEGIN + b"X: " + b"x" * web.MOST_HEAD, BEGIN + b"\r\n"], ["", NONE]),
-    ],
-    ids=["idle, half and too many", "an endless head"],
-)
+@pytest.mark.parametrize(("idle_s", "requests", "answers"), [
+    (0.1, [b"", BEGIN + b"\r\n", b"GET / HT", b""], ["", NONE, "", ""]),
+    (1000, [BEGIN + b"X: " + b"x" * web.MOST_HEAD, BEGIN + b"\r\n"], ["", NONE])
+], ids=["idle, half and too many", "an endless head"])  # fmt: skip
 def test_a_bounded_number_of_connections_for_a_bounded_time(monkeypatch, idle_s, requests, answers):
     stage.close()  # a process can have only one NiceGUI server at a time
 

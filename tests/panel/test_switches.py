@@ -41,11 +41,10 @@ def test_a_click_presses_a_switch_and_a_second_click_releases_it(visit, model, p
     assert told(visit, mark, part)[:2] == ("stuck", pressed)
 
 
-@pytest.mark.parametrize(
-    ("model", "part", "pin", "free"),
-    [("if1", "minus", "limit_minus", "high"), ("if1", "plus", "limit_plus", "high"),
-     ("1811", "plus", "cw_limit", "low"), ("1811", "home", "home", "high"), ("smartmotor", "minus", "D", "low")],
-)  # fmt: skip
+@pytest.mark.parametrize(("model", "part", "pin", "free"), [
+    ("if1", "minus", "limit_minus", "high"), ("if1", "plus", "limit_plus", "high"),
+    ("1811", "plus", "cw_limit", "low"), ("1811", "home", "home", "high"), ("smartmotor", "minus", "D", "low")
+])  # fmt: skip
 def test_the_switches_of_a_slide_are_pressed_there(model, part, pin, free):
     axis = {"if1": "X", "1811": "motor", "smartmotor": "shaft"}[model]
     options = {axis: {**SLIDE, **({"home": (-10, 10)} if model == "1811" else {})}}

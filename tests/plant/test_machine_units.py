@@ -15,11 +15,9 @@ from axistwin.records.traces.reading import read
 MM = MachineUnits.given({"per": 80, "of": "mm"})
 
 
-@pytest.mark.parametrize(
-    ("per", "text", "counts"),
-    [(80, "12.5 mm", 1000), (80, "-0.0125mm", -1), (6.4, "10 mm", 64), (0.1, "30 mm", 3), ("2000/360", "90 mm", 500),
-     ("400/2.5", "1 mm", 160), (80, "0.00625 mm", 0), (80, "0.01875 mm", 2), (80, "17", 17), (80, 17, 17)],
-)  # fmt: skip
+@pytest.mark.parametrize(("per", "text", "counts"), [
+    (80, "12.5 mm", 1000), (80, "-0.0125mm", -1), (6.4, "10 mm", 64), (0.1, "30 mm", 3), ("2000/360", "90 mm", 500),
+    ("400/2.5", "1 mm", 160), (80, "0.00625 mm", 0), (80, "0.01875 mm", 2), (80, "17", 17), (80, 17, 17)])  # fmt: skip
 def test_a_position_is_the_nearest_count(per, text, counts):
     """A half is rounded to the even count."""
     assert position(text, MachineUnits.given({"per": per, "of": "mm"})) == counts
@@ -33,18 +31,15 @@ def test_a_shown_position_is_the_same_count_when_read(counts, per, parts):
     assert MachineUnits.written(str(units)) == units
 
 
-@pytest.mark.parametrize(
-    ("text", "units", "message"),
-    [
-        ("3 cm", MM, "'cm' is not the unit of the axis: expected mm"),
-        ("3 mm", None, "unknown unit 'mm': use counts, or define the unit of the axis, e.g. units = { per = 80, of = "),
-        ("3.5", MM, "invalid number of counts '3.5': expected e.g. 1000 or '12.5 mm'"),
-        ("3 mm/s", MM, "'3 mm/s' is not a position: expected e.g. 1000 or '12.5 mm'"),
-        ("1.2.3 mm", MM, "invalid number '1.2.3': expected a decimal number below 1e30"),
-        ("mm", None, "'mm' is not a position: expected e.g. 1000"),
-        ("999999999999999999 mm", MM, "is out of range: expected -9007199254740992 to 9007199254740992 counts"),
-    ],
-)
+@pytest.mark.parametrize(("text", "units", "message"), [
+    ("3 cm", MM, "'cm' is not the unit of the axis: expected mm"),
+    ("3 mm", None, "unknown unit 'mm': use counts, or define the unit of the axis, e.g. units = { per = 80, of = "),
+    ("3.5", MM, "invalid number of counts '3.5': expected e.g. 1000 or '12.5 mm'"),
+    ("3 mm/s", MM, "'3 mm/s' is not a position: expected e.g. 1000 or '12.5 mm'"),
+    ("1.2.3 mm", MM, "invalid number '1.2.3': expected a decimal number below 1e30"),
+    ("mm", None, "'mm' is not a position: expected e.g. 1000"),
+    ("999999999999999999 mm", MM, "is out of range: expected -9007199254740992 to 9007199254740992 counts")
+])  # fmt: skip
 def test_a_wrong_position_is_rejected(text, units, message):
     with pytest.raises(UsageError) as error:
         position(text, units)
@@ -96,35 +91,31 @@ def test_a_scene_with_units(directory):
     assert motor.jammed
 
 
-@pytest.mark.parametrize(
-    ("old", "new", "message"),
-    [
-        ('"-1 mm"', '"-1 cm"', ":6:59: controller.axes.motor.limits: 'cm' is not the unit of the axis: expected mm"),
-        (
-            "per = 80",
-            "per = 0",
-            'units.per: invalid number of pulses or counts per unit: expected e.g. 80, 6.4 or "6400/360"',
-        ),
-        (
-            '"mm" }',
-            '"m m" }',
-            'units.of: invalid name of a unit: expected 1 to 12 letters (not "up" or "down"), e.g. "mm", not "m m"\n',
-        ),
-        ("per = 80", "pre = 80", "'per' is missing: add per = …"),
-        (
-            "45 °",
-            "45 mm",
-            "invalid axis position in the event when='m.shaft passes 45 mm up': 'mm' is not the unit of the axis",
-        ),
-        ('"-90 °"', '"-90"', None),
-        (
-            '"180°"',
-            '"x"',
-            ":11:56: invalid limits=['-90 °', 'x'] of axis shaft: 'x' is not a position: expected e.g. 1000 or '12.5 °",
-        ),
-        ('"2000/360"', "true", "invalid units of axis shaft: invalid number of pulses or counts per unit"),
-    ],
-)
+@pytest.mark.parametrize(("old", "new", "message"), [
+    ('"-1 mm"', '"-1 cm"', ":6:59: controller.axes.motor.limits: 'cm' is not the unit of the axis: expected mm"),
+    (
+        "per = 80",
+        "per = 0",
+        'units.per: invalid number of pulses or counts per unit: expected e.g. 80, 6.4 or "6400/360"',
+    ),
+    (
+        '"mm" }',
+        '"m m" }',
+        'units.of: invalid name of a unit: expected 1 to 12 letters (not "up" or "down"), e.g. "mm", not "m m"\n',
+    ),
+    ("per = 80", "pre = 80", "'per' is missing: add per = …"),
+    (
+        "45 °",
+        "45 mm",
+        "invalid axis position in the event when='m.shaft passes 45 mm up': 'mm' is not the unit of the axis",
+    ),
+    ('"-90 °"', '"-90"', None),
+    (
+        '"180°"',
+        '"x"',
+        ":11:56: invalid limits=['-90 °', 'x'] of axis shaft: 'x' is not a position: expected e.g. 1000 or '12.5 °",
+    ),
+    ('"2000/360"', "true", "invalid units of axis shaft: invalid number of pulses or counts per unit")])  # fmt: skip
 def test_a_wrong_scene_is_rejected(directory, old, new, message):
     assert old in SCENE
     (directory / "s.toml").write_text(SCENE.replace(old, new, 1))

@@ -28,37 +28,29 @@ def test_a_motor_by_name_or_by_values():
     assert servo_load({"gravity_torque_nm": -0.1}).gravity_torque_nm == -0.1
 
 
-@pytest.mark.parametrize(
-    ("given", "message"),
-    [
-        ("frame42", "unknown motor 'frame42': expected one of frame17, frame23, frame34, or a table of parameters"),
-        (7, "unknown motor 7: expected one of"),
-        ({"model": "big"}, "unknown motor 'big': expected one of"),
-        ({"volts": 24}, "unknown parameter 'volts' of the motor: expected one of model, torque_constant_nm_per_a"),
-        ({"supply_voltage_v": 0}, "invalid motor supply_voltage_v=0: expected a number from above 0 to 1e[+]06"),
-        ({"supply_voltage_v": "24"}, "invalid motor supply_voltage_v='24': expected a number"),
-        ({"supply_voltage_v": inf}, "invalid motor supply_voltage_v=inf: expected a number"),
-        ({"coulomb_friction_nm": -0.1}, "invalid motor coulomb_friction_nm=-0.1: expected a number from 0"),
-        ({"counts_per_rev": 1000}, "invalid counts_per_rev=1000 of a motor: expected 2000 or 4000"),
-        ({"kp": 65536}, "invalid motor kp=65536: expected a number from 0 to 65535"),
-        ({"kp": 1.5}, "invalid motor kp=1.5: expected a whole number"),
-        ({"ks": 0}, "invalid motor ks=0: expected a number from 1 to 65535"),
-    ],
-)
+@pytest.mark.parametrize(("given", "message"), [
+    ("frame42", "unknown motor 'frame42': expected one of frame17, frame23, frame34, or a table of parameters"),
+    (7, "unknown motor 7: expected one of"),
+    ({"model": "big"}, "unknown motor 'big': expected one of"),
+    ({"volts": 24}, "unknown parameter 'volts' of the motor: expected one of model, torque_constant_nm_per_a"),
+    ({"supply_voltage_v": 0}, "invalid motor supply_voltage_v=0: expected a number from above 0 to 1e[+]06"),
+    ({"supply_voltage_v": "24"}, "invalid motor supply_voltage_v='24': expected a number"),
+    ({"supply_voltage_v": inf}, "invalid motor supply_voltage_v=inf: expected a number"),
+    ({"coulomb_friction_nm": -0.1}, "invalid motor coulomb_friction_nm=-0.1: expected a number from 0"),
+    ({"counts_per_rev": 1000}, "invalid counts_per_rev=1000 of a motor: expected 2000 or 4000"),
+    ({"kp": 65536}, "invalid motor kp=65536: expected a number from 0 to 65535"),
+    ({"kp": 1.5}, "invalid motor kp=1.5: expected a whole number"),
+    ({"ks": 0}, "invalid motor ks=0: expected a number from 1 to 65535")])  # fmt: skip
 def test_a_wrong_motor_is_told_in_one_line(given, message):
     with pytest.raises(UsageError, match=f"^{message}"):
         servo_motor(given)
 
 
-@pytest.mark.parametrize(
-    ("given", "message"),
-    [
-        ("heavy", "invalid load 'heavy': expected a table of parameters, e.g."),
-        ({"mass": 1}, "unknown parameter 'mass' of the load: expected one of inertia_kg_m2"),
-        ({"inertia_kg_m2": -1}, "invalid load inertia_kg_m2=-1: expected a number from 0"),
-        ({"gravity_torque_nm": True}, "invalid load gravity_torque_nm=True: expected a number"),
-    ],
-)
+@pytest.mark.parametrize(("given", "message"), [
+    ("heavy", "invalid load 'heavy': expected a table of parameters, e.g."),
+    ({"mass": 1}, "unknown parameter 'mass' of the load: expected one of inertia_kg_m2"),
+    ({"inertia_kg_m2": -1}, "invalid load inertia_kg_m2=-1: expected a number from 0"),
+    ({"gravity_torque_nm": True}, "invalid load gravity_torque_nm=True: expected a number")])  # fmt: skip
 def test_a_wrong_load_is_told_in_one_line(given, message):
     with pytest.raises(UsageError, match=f"^{message}"):
         servo_load(given)

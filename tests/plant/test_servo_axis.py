@@ -210,19 +210,15 @@ def test_a_switch_works_when_the_source_says_that_the_window_has_been_left(clock
     assert (plus.level, axis.window_low) == (True, 501)
 
 
-@pytest.mark.parametrize(
-    ("given", "message"),
-    [
-        ({"limit": 1}, "axis shaft has no option 'limit': expected one of limits, motor, load"),
-        ({"encoder": {}}, "axis shaft has no option 'encoder'"),
-        ({"limits": (5, 1)}, "invalid limits=(5, 1) of axis shaft: expected two positions"),
-        ({"motor": "frame99"}, "invalid option of axis shaft: unknown motor"),
-        (
-            {"motor": "frame23", "load": {"mass": 1}},
-            "invalid option of axis shaft: unknown parameter 'mass' of the load",
-        ),
-    ],
-)
+@pytest.mark.parametrize(("given", "message"), [
+    ({"limit": 1}, "axis shaft has no option 'limit': expected one of limits, motor, load"),
+    ({"encoder": {}}, "axis shaft has no option 'encoder'"),
+    ({"limits": (5, 1)}, "invalid limits=(5, 1) of axis shaft: expected two positions"),
+    ({"motor": "frame99"}, "invalid option of axis shaft: unknown motor"),
+    (
+        {"motor": "frame23", "load": {"mass": 1}},
+        "invalid option of axis shaft: unknown parameter 'mass' of the load",
+    )])  # fmt: skip
 def test_wrong_options_are_told(clock, given, message):
     with pytest.raises(UsageError) as caught:
         servo_axis(clock, "shaft", given, 100)

@@ -107,14 +107,12 @@ def test_a_link_of_another_version_is_opened_with_a_note(playground):
     )
 
 
-@pytest.mark.parametrize(
-    ("fragment", "message"),
-    [("!!", "the URL of the shared scene is"), ("eJw", "the URL of the shared scene is incomplete"),
-     (encode(Shared({"scene.toml": "x" * 1000}, 5))[:-9], "the URL of the shared scene is"),
-     ("x" * (LONGEST_LINK + 1), "the URL of the shared scene has 200001 characters"),
-     (encode(Shared({}, 0)), "the URL of the shared scene is damaged"),
-     (encode(Shared({"scene.toml": "x"}, -1)), "the URL of the shared scene is damaged")],
-)  # fmt: skip
+@pytest.mark.parametrize(("fragment", "message"), [
+    ("!!", "the URL of the shared scene is"), ("eJw", "the URL of the shared scene is incomplete"),
+    (encode(Shared({"scene.toml": "x" * 1000}, 5))[:-9], "the URL of the shared scene is"),
+    ("x" * (LONGEST_LINK + 1), "the URL of the shared scene has 200001 characters"),
+    (encode(Shared({}, 0)), "the URL of the shared scene is damaged"),
+    (encode(Shared({"scene.toml": "x"}, -1)), "the URL of the shared scene is damaged")])  # fmt: skip
 def test_a_damaged_link_is_refused(fragment, message):
     with pytest.raises(UsageError, match=message):
         decode(fragment)

@@ -191,14 +191,9 @@ def test_without_a_screen(directory, capsys):
 # Differences
 
 
-@pytest.mark.parametrize(
-    ("other", "code", "expected"),
-    [
-        ("a.parquet", 0, "no difference in "),
-        ("short.csv", 1, "one ends at 6.100000000 s, the other at 5.100000000 s\n"),
-    ],
-    ids=["equal", "shorter"],
-)
+@pytest.mark.parametrize(("other", "code", "expected"), [
+    ("a.parquet", 0, "no difference in "),
+    ("short.csv", 1, "one ends at 6.100000000 s, the other at 5.100000000 s\n")], ids=["equal", "shorter"])  # fmt: skip
 def test_traces_without_a_different_value(directory, capsys, other, code, expected):
     found = run(capsys, "diff", directory / "a.csv", directory / other)
     assert (found[0], found[1][: len(expected)]) == (code, expected)
@@ -251,19 +246,17 @@ def tracks(*changes: tuple[int, int]) -> Track:
     return track
 
 
-@pytest.mark.parametrize(
-    ("one", "other", "tolerance", "at_ns"),
-    [(((0, 1), (5, 2)), ((0, 1), (5, 2)), Tolerance(), None), (((0, 1), (5, 2)), ((0, 1), (6, 2)), Tolerance(), 5),
-     (((0, 1), (5, 2)), ((0, 1), (6, 2)), Tolerance(time_ns=1), None),
-     (((0, 1), (5, 2), (20, 3)), ((0, 1), (6, 2), (22, 3)), Tolerance(time_ns=1), 20),
-     (((0, 1), (5, 2)), ((0, 1), (5, 4)), Tolerance(value=2), None),
-     (((0, 1), (5, 2)), ((0, 1), (5, 5)), Tolerance(value=2), 5),
-     (((0, 1), (5, 2)), ((0, 1),), Tolerance(time_ns=10), 5),
-     (((0, 1), (50, 2), (51, 1)), ((0, 1),), Tolerance(time_ns=1), 50),
-     (((0, 1), (50, 2), (52, 3), (54, 4)), ((0, 1), (53, 2), (55, 3), (57, 4)), Tolerance(time_ns=3), None),
-     (((0, 1), (50, 2), (52, 3), (54, 4)), ((0, 1), (53, 2), (55, 3), (57, 4)), Tolerance(time_ns=2), 50),
-     (((0, 1), (7, 2), (7, 3)), ((0, 1), (7, 3)), Tolerance(), None)],
-)  # fmt: skip
+@pytest.mark.parametrize(("one", "other", "tolerance", "at_ns"), [
+    (((0, 1), (5, 2)), ((0, 1), (5, 2)), Tolerance(), None), (((0, 1), (5, 2)), ((0, 1), (6, 2)), Tolerance(), 5),
+    (((0, 1), (5, 2)), ((0, 1), (6, 2)), Tolerance(time_ns=1), None),
+    (((0, 1), (5, 2), (20, 3)), ((0, 1), (6, 2), (22, 3)), Tolerance(time_ns=1), 20),
+    (((0, 1), (5, 2)), ((0, 1), (5, 4)), Tolerance(value=2), None),
+    (((0, 1), (5, 2)), ((0, 1), (5, 5)), Tolerance(value=2), 5),
+    (((0, 1), (5, 2)), ((0, 1),), Tolerance(time_ns=10), 5),
+    (((0, 1), (50, 2), (51, 1)), ((0, 1),), Tolerance(time_ns=1), 50),
+    (((0, 1), (50, 2), (52, 3), (54, 4)), ((0, 1), (53, 2), (55, 3), (57, 4)), Tolerance(time_ns=3), None),
+    (((0, 1), (50, 2), (52, 3), (54, 4)), ((0, 1), (53, 2), (55, 3), (57, 4)), Tolerance(time_ns=2), 50),
+    (((0, 1), (7, 2), (7, 3)), ((0, 1), (7, 3)), Tolerance(), None)])  # fmt: skip
 def test_what_is_a_difference(directory, one, other, tolerance, at_ns):
     first, second = read(directory / "a.csv"), read(directory / "a.csv")
     first.tracks, second.tracks = {"a.b": tracks(*one)}, {"a.b": tracks(*other)}

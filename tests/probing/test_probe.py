@@ -103,10 +103,9 @@ def test_the_state_in_which_a_host_has_left_an_if1_is_no_difference():
     assert depends["N: number of steps run or indexed"] == b"30\r"
 
 
-@pytest.mark.parametrize(
-    ("model", "words"),
-    [("smartmotor", b"A=900 KP=50 SLE MV ECHO\r"), ("smartmotor", b"SLE a=9 MD G\r"), ("if1", b"(:U61\r:[\r")],
-)
+@pytest.mark.parametrize(("model", "words"), [
+    ("smartmotor", b"A=900 KP=50 SLE MV ECHO\r"), ("smartmotor", b"SLE a=9 MD G\r"), ("if1", b"(:U61\r:[\r")
+])  # fmt: skip
 def test_settings_of_a_host_are_no_differences(model, words):
     _, end = controller(model)
     for message in words.split(b":"):
@@ -118,15 +117,11 @@ def number(request, answer):
     return lambda said, got: answer(got) if said.strip() == request else got
 
 
-@pytest.mark.parametrize(
-    ("change", "name"),
-    [
-        (number(b"E", lambda got: got.replace(b"F", b"C")), "a data fault in the busy status and in the motion status"),
-        (number(b"I", lambda got: got.replace(b"2", b"02")), "I: input status"),
-        (number(b"I", lambda got: got.replace(b"2", b"3")), "I: input status"),
-        (number(b"O", lambda got: got.replace(b"0", b"1")), "O: sequence status"),
-    ],
-)
+@pytest.mark.parametrize(("change", "name"), [
+    (number(b"E", lambda got: got.replace(b"F", b"C")), "a data fault in the busy status and in the motion status"),
+    (number(b"I", lambda got: got.replace(b"2", b"02")), "I: input status"),
+    (number(b"I", lambda got: got.replace(b"2", b"3")), "I: input status"),
+    (number(b"O", lambda got: got.replace(b"0", b"1")), "O: sequence status")])  # fmt: skip
 def test_answers_that_no_machine_explains_differ(change, name):
     _, end = controller("if1")
     assert name in differences(probe("if1", faulty(end, change), Settings(find_options=False)))
@@ -154,13 +149,11 @@ def test_a_report_that_a_smartmotor_cannot_give_differs():
     assert {"RP: report position", "RBd: report flag Bd"} <= set(differences(found))
 
 
-@pytest.mark.parametrize(
-    ("model", "error"),
-    [("if1",
-      r"the interface answers request E with b'\\x.*: expected C, E, F or \[ and CR; check --model and the line"),
-     ("smartmotor", r"the motor answers RSP with b'g.*: expected e\.g\. 24576/476 and CR; check --model and the line"),
-     ("1811", r"the board answers request 90h with c5 05.*: expected 90 and 15 more bytes; check --model")],
-)  # fmt: skip
+@pytest.mark.parametrize(("model", "error"), [
+    ("if1",
+     r"the interface answers request E with b'\\x.*: expected C, E, F or \[ and CR; check --model and the line"),
+    ("smartmotor", r"the motor answers RSP with b'g.*: expected e\.g\. 24576/476 and CR; check --model and the line"),
+    ("1811", r"the board answers request 90h with c5 05.*: expected 90 and 15 more bytes; check --model")])  # fmt: skip
 def test_garbage_is_quoted(model, error):
     _, end = controller(model)
     garbled = faulty(end, lambda said, got: bytes(byte ^ 0x55 for byte in got))
@@ -176,13 +169,9 @@ def test_small_motion_makes_pulses(model):
     assert sum(axis.pulse_times().size for axis in made.axes.values())
 
 
-@pytest.mark.parametrize(
-    ("model", "option", "value", "text", "settings"),
-    [
-        ("if1", "busy", "ignore", 'busy="ignore"', SMALL),
-        ("1811", "part_number", "94-012345-02B", 'part_number="94-012345-02B"', SMALL),
-    ],
-)
+@pytest.mark.parametrize(("model", "option", "value", "text", "settings"), [
+    ("if1", "busy", "ignore", 'busy="ignore"', SMALL),
+    ("1811", "part_number", "94-012345-02B", 'part_number="94-012345-02B"', SMALL)])  # fmt: skip
 def test_an_option_that_explains_the_differences(model, option, value, text, settings):
     _, end = controller(model, **{option: value})
     found = probe(model, end, settings)
@@ -255,13 +244,10 @@ def test_a_stored_program_forbids_settings():
     )
 
 
-@pytest.mark.parametrize(
-    ("model", "said", "error"),
-    [
-        ("if1", b"(:U61\r:X+G$\r", "the motor is moving: stop the motor, then run axistwin probe again"),
-        ("1811", b"\xd9\x0f", "the board does not answer request 90h: a sequence definition may still be open"),
-    ],
-)
+@pytest.mark.parametrize(("model", "said", "error"), [
+    ("if1", b"(:U61\r:X+G$\r", "the motor is moving: stop the motor, then run axistwin probe again"),
+    ("1811", b"\xd9\x0f", "the board does not answer request 90h: a sequence definition may still be open")
+])  # fmt: skip
 def test_a_controller_that_cannot_be_probed(model, said, error):
     _, end = controller(model)
     for message in said.split(b":"):

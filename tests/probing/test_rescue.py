@@ -148,11 +148,9 @@ def test_a_streaming_mode_is_restored(tmp_path):
     assert not done.differences
 
 
-@pytest.mark.parametrize(
-    ("message", "line"),
-    [(b"U61\r", UartFormat(9600, 8, "N", 2)), (b"V26\n", UartFormat(1200, 7, "E", 2)),
-     (b"U13\r", UartFormat(110, 7, "O", 2))],
-)  # fmt: skip
+@pytest.mark.parametrize(("message", "line"), [
+    (b"U61\r", UartFormat(9600, 8, "N", 2)), (b"V26\n", UartFormat(1200, 7, "E", 2)),
+    (b"U13\r", UartFormat(110, 7, "O", 2))])  # fmt: skip
 def test_an_interface_is_found_with_an_incomplete_move(tmp_path, message, line):
     made, end = interface(message, line)
     made.pins["input1"].drive(True)
@@ -188,14 +186,10 @@ def test_the_exchange_is_a_conversation_with_the_twin(tmp_path):
     play(parse((tmp_path / "out/exchange.talk").read_text()), bench)
 
 
-@pytest.mark.parametrize(
-    ("made", "error"),
-    [
-        (lambda: controller("if1", wiring="3-wire unlinked"), "or in any character format: check cable"),
-        (lambda: motor(b"SLEEP\r"), "or in any character format: check cable"),
-        (lambda: motor(b"UCI UDI ZS MV A=100 V=1000 G\r"), "the motor is moving: stop the motor"),
-    ],
-)
+@pytest.mark.parametrize(("made", "error"), [
+    (lambda: controller("if1", wiring="3-wire unlinked"), "or in any character format: check cable"),
+    (lambda: motor(b"SLEEP\r"), "or in any character format: check cable"),
+    (lambda: motor(b"UCI UDI ZS MV A=100 V=1000 G\r"), "the motor is moving: stop the motor")])  # fmt: skip
 def test_a_controller_that_cannot_be_read(tmp_path, made, error):
     _, end = made()
     end.bench.run(2)
@@ -256,14 +250,10 @@ def test_a_controller_that_falls_silent_is_left_after_three_requests_and_a_check
     assert (tmp_path / "out/exchange.talk").exists()
 
 
-@pytest.mark.parametrize(
-    ("made", "error"),
-    [
-        (motor, r"the controller answers with b'e.*' at 9600 8N1: expected an answer of a SmartMotor, IF1 or IF2"),
-        (lambda: interface(b"U61\r", UartFormat(9600, 8, "N", 2)), r"the controller answers with b'.*' at 9600 8N"),
-        (board, r"the board answers request 90h with c5 05.*: expected 90 and 15 more bytes"),
-    ],
-)
+@pytest.mark.parametrize(("made", "error"), [
+    (motor, r"the controller answers with b'e.*' at 9600 8N1: expected an answer of a SmartMotor, IF1 or IF2"),
+    (lambda: interface(b"U61\r", UartFormat(9600, 8, "N", 2)), r"the controller answers with b'.*' at 9600 8N"),
+    (board, r"the board answers request 90h with c5 05.*: expected 90 and 15 more bytes")])  # fmt: skip
 def test_garbage_is_quoted(tmp_path, made, error):
     _, end = made()
     receive = end.receive

@@ -31,11 +31,9 @@ def test_other_files_are_refused(contents, code, tmp_path):
     )  # fmt: skip
 
 
-@pytest.mark.parametrize(
-    ("keyboard", "encoding", "typed"),
-    [("germany", "cp850", "X100§900$"), ("germany", "latin-1", "X100§900$"), ("sweden", "cp437", "X100É900$"),
-     ("france", "utf-8", "X100à900$"), ("norway", "latin-1", "X100É900¤")],
-)  # fmt: skip
+@pytest.mark.parametrize(("keyboard", "encoding", "typed"), [
+    ("germany", "cp850", "X100§900$"), ("germany", "latin-1", "X100§900$"), ("sweden", "cp437", "X100É900$"),
+    ("france", "utf-8", "X100à900$"), ("norway", "latin-1", "X100É900¤")])  # fmt: skip
 def test_the_first_comments_name_a_national_keyboard(keyboard, encoding, typed, tmp_path):
     file = tmp_path / "p.if1"
     file.write_bytes(f"; für\n; keyboard: {keyboard}\n{typed}\n".encode(encoding))
@@ -100,11 +98,9 @@ def test_a_typographic_character_is_one_clear_error_that_is_fixed(name, text, en
     assert "AX106" not in run("check", file).out
 
 
-@pytest.mark.parametrize(
-    ("model", "name", "text"),
-    [("if1", "p.if1", "X−100$\n"), ("1811", "p.181x", "go_relative −100\n"), ("smartmotor", "p.talk", "> P=−1 \n"),
-     ("1811", "p.talk", f"+{NBSP}1\n")],
-)  # fmt: skip
+@pytest.mark.parametrize(("model", "name", "text"), [
+    ("if1", "p.if1", "X−100$\n"), ("1811", "p.181x", "go_relative −100\n"), ("smartmotor", "p.talk", "> P=−1 \n"),
+    ("1811", "p.talk", f"+{NBSP}1\n")])  # fmt: skip
 def test_a_run_says_which_character_is_wrong(model, name, text, tmp_path):
     file = tmp_path / name
     file.write_text(text, encoding="utf-8")
@@ -121,14 +117,10 @@ def test_a_stored_program_with_a_typographic_character_is_refused(tmp_path):
     assert f"! AX106 − is a typographic minus: write -  ({file}:1:4)" in ran.out
 
 
-@pytest.mark.parametrize(
-    ("text", "said"),
-    [
-        ("model = “if1”", "2:9: error: not TOML: “ is a typographic quotation mark"),
-        (f"model{NBSP}= 'if1'", "2:6: error: not TOML: U+00A0 is a no-break space: write a blank"),
-        ("model = 'if1'\nX = {limits = [−5, 5]}", "3:16: error: not TOML: − is a typographic minus: write -"),
-    ],
-)
+@pytest.mark.parametrize(("text", "said"), [
+    ("model = “if1”", "2:9: error: not TOML: “ is a typographic quotation mark"),
+    (f"model{NBSP}= 'if1'", "2:6: error: not TOML: U+00A0 is a no-break space: write a blank"),
+    ("model = 'if1'\nX = {limits = [−5, 5]}", "3:16: error: not TOML: − is a typographic minus: write -")])  # fmt: skip
 def test_a_typographic_character_in_a_scene_is_named(text, said, tmp_path):
     file = tmp_path / "s.toml"
     file.write_text(f"[[controller]]\n{text}\n", encoding="utf-8")

@@ -57,24 +57,21 @@ def table(tmp_path_factory):
 SIGNALS = b"axistwin.signals"
 
 
-@pytest.mark.parametrize(
-    ("change", "message"),
-    [
-        (lambda t: t.replace_schema_metadata(None), "expected a list of signals in the metadata"),
-        (lambda t: t.replace_schema_metadata({SIGNALS: b"{"}), "expected a list of signals in the metadata"),
-        (lambda t: t.replace_schema_metadata({SIGNALS: b"[" * 9999}), "expected a list of signals in the metadata"),
-        (lambda t: t.replace_schema_metadata({SIGNALS: b"[]"}), "expected a list of signals in the metadata"),
-        (lambda t: t.replace_schema_metadata({SIGNALS: b'{"a": 5}'}), "expected a list of signals in the metadata"),
-        (lambda t: t.drop_columns(["integer"]), "exactly one column integer of type int64, found no such column"),
-        (lambda t: t.drop_columns(["time_ns"]), "exactly one column time_ns of type int64, found no such column"),
-        (lambda t: changed(t, "time_ns", pa.nulls(len(t), pa.int64())), "in each row of the column time_ns"),
-        (lambda t: changed(t, "integer", pa.nulls(len(t), pa.int64())), "in the column integer, a value of the signal"),
-        (lambda t: changed(t, "integer", pa.nulls(len(t), pa.string())), "column integer of type int64, found string"),
-        (lambda t: changed(t, "signal", pa.nulls(len(t), pa.int32())), "column signal of type string, found int32"),
-        (lambda t: t.append_column("time_ns", t["time_ns"]), "time_ns"),
-        (lambda t: t.take(pa.array([*range(len(t))][::-1])), "expected numbers of at least 0 in ascending order"),
-    ],
-)  # fmt: skip
+@pytest.mark.parametrize(("change", "message"), [
+    (lambda t: t.replace_schema_metadata(None), "expected a list of signals in the metadata"),
+    (lambda t: t.replace_schema_metadata({SIGNALS: b"{"}), "expected a list of signals in the metadata"),
+    (lambda t: t.replace_schema_metadata({SIGNALS: b"[" * 9999}), "expected a list of signals in the metadata"),
+    (lambda t: t.replace_schema_metadata({SIGNALS: b"[]"}), "expected a list of signals in the metadata"),
+    (lambda t: t.replace_schema_metadata({SIGNALS: b'{"a": 5}'}), "expected a list of signals in the metadata"),
+    (lambda t: t.drop_columns(["integer"]), "exactly one column integer of type int64, found no such column"),
+    (lambda t: t.drop_columns(["time_ns"]), "exactly one column time_ns of type int64, found no such column"),
+    (lambda t: changed(t, "time_ns", pa.nulls(len(t), pa.int64())), "in each row of the column time_ns"),
+    (lambda t: changed(t, "integer", pa.nulls(len(t), pa.int64())), "in the column integer, a value of the signal"),
+    (lambda t: changed(t, "integer", pa.nulls(len(t), pa.string())), "column integer of type int64, found string"),
+    (lambda t: changed(t, "signal", pa.nulls(len(t), pa.int32())), "column signal of type string, found int32"),
+    (lambda t: t.append_column("time_ns", t["time_ns"]), "time_ns"),
+    (lambda t: t.take(pa.array([*range(len(t))][::-1])), "expected numbers of at least 0 in ascending order")
+])  # fmt: skip
 def test_a_parquet_file_that_is_no_trace(tmp_path, table, change, message):
     path = tmp_path / "b.parquet"
     pq.write_table(change(table), path)
@@ -101,17 +98,14 @@ def test_a_parquet_file_that_is_torn(tmp_path, table):
 VCD = "$scope module a $end\n$var integer 64 ! n $end\n$upscope $end\n$enddefinitions $end\n"
 
 
-@pytest.mark.parametrize(
-    ("name", "text", "message"),
-    [
-        ("a.vcd", VCD + f"#0\nb{'1' * 65} !\n", "a.vcd:6: invalid change"),
-        ("a.vcd", VCD + f"#0\nb{'1' * 5000} !\n", "a.vcd:6: invalid change"),
-        ("a.vcd", VCD + f"#{'9' * 5000}\n", "a.vcd:5: invalid time '9+'… .5000 characters.: expected nanoseconds"),
-        ("a.csv", f"# axistwin: 1\ntime_ns,signal,value\n0,a.n,1\n{'9' * 5000},a.n,2\n", "a.csv:4: invalid change"),
-        ("a.csv", f"time_ns,signal,value\n0,a.n,{'9' * 200000}\n", "a.csv:2: this line is not valid CSV: field larger"),
-        ("a.csv", "time_ns,signal,value\n5,a.n,1\n4,a.n,2\n", "expected numbers of at least 0 in ascending order"),
-    ],
-)  # fmt: skip
+@pytest.mark.parametrize(("name", "text", "message"), [
+    ("a.vcd", VCD + f"#0\nb{'1' * 65} !\n", "a.vcd:6: invalid change"),
+    ("a.vcd", VCD + f"#0\nb{'1' * 5000} !\n", "a.vcd:6: invalid change"),
+    ("a.vcd", VCD + f"#{'9' * 5000}\n", "a.vcd:5: invalid time '9+'… .5000 characters.: expected nanoseconds"),
+    ("a.csv", f"# axistwin: 1\ntime_ns,signal,value\n0,a.n,1\n{'9' * 5000},a.n,2\n", "a.csv:4: invalid change"),
+    ("a.csv", f"time_ns,signal,value\n0,a.n,{'9' * 200000}\n", "a.csv:2: this line is not valid CSV: field larger"),
+    ("a.csv", "time_ns,signal,value\n5,a.n,1\n4,a.n,2\n", "expected numbers of at least 0 in ascending order")
+])  # fmt: skip
 def test_a_trace_with_numbers_that_are_none(tmp_path, name, text, message):
     (tmp_path / name).write_text(text)
     with pytest.raises(TraceError, match=message) as told:
@@ -131,21 +125,19 @@ def test_a_signal_of_another_kind_than_its_name_says_is_drawn(tmp_path):
     assert execute(["plot", str(tmp_path / "a.csv"), "-o", str(tmp_path / "a.svg")]) == 0
 
 
-@pytest.mark.parametrize(
-    ("text", "message"),
-    [("; options: name='a\n", "a.talk:1: a quotation mark is missing in the options"),
-     ("; options: line=5\n",
-      "a.talk:1: invalid baud rate or character format 5: expected e.g. '9600 8N2', or 'instant'"),
-     (f"; options: X={'[' * 3000}\n", "a.talk:1: invalid option value '[[[["),
-     (f"; patience: {'9' * 5000}\n> a\n", "a.talk:1: invalid value '999"),
-     (f"+{'9' * 5000}\n", "a.talk:1:2: invalid time '999"),
-     ("+9999999999999\n", "a.talk:1:2: '9999999999999' s is too long: expected less than 9.2e9 s"),
-     (f'! fault jam X when="X passes {"9" * 5000}"\n', "a.talk:1: invalid axis position in the event when='X"),
-     (f"! fault jam X at={'9' * 5000}\n", "a.talk:1: invalid value at='999"),
-     (f"= X.position {'9' * 5000}\n", "a.talk:1: '999"), (f"= X.position 0.{'0' * 80}\n> (\n", ""),
-     ("= X.position 1e999999999\n", "a.talk:1: '1e999999999' is out of range"),
-     ("! break 1e300\n", "a.talk:1: 1e+300 s is too long")],
-)  # fmt: skip
+@pytest.mark.parametrize(("text", "message"), [
+    ("; options: name='a\n", "a.talk:1: a quotation mark is missing in the options"),
+    ("; options: line=5\n",
+     "a.talk:1: invalid baud rate or character format 5: expected e.g. '9600 8N2', or 'instant'"),
+    (f"; options: X={'[' * 3000}\n", "a.talk:1: invalid option value '[[[["),
+    (f"; patience: {'9' * 5000}\n> a\n", "a.talk:1: invalid value '999"),
+    (f"+{'9' * 5000}\n", "a.talk:1:2: invalid time '999"),
+    ("+9999999999999\n", "a.talk:1:2: '9999999999999' s is too long: expected less than 9.2e9 s"),
+    (f'! fault jam X when="X passes {"9" * 5000}"\n', "a.talk:1: invalid axis position in the event when='X"),
+    (f"! fault jam X at={'9' * 5000}\n", "a.talk:1: invalid value at='999"),
+    (f"= X.position {'9' * 5000}\n", "a.talk:1: '999"), (f"= X.position 0.{'0' * 80}\n> (\n", ""),
+    ("= X.position 1e999999999\n", "a.talk:1: '1e999999999' is out of range"),
+    ("! break 1e300\n", "a.talk:1: 1e+300 s is too long")])  # fmt: skip
 def test_a_conversation_with_odd_options_and_numbers(tmp_path, capsys, text, message):
     (tmp_path / "a.talk").write_text(text)
     code = execute(["run", "if1", str(tmp_path / "a.talk")])
@@ -155,12 +147,10 @@ def test_a_conversation_with_odd_options_and_numbers(tmp_path, capsys, text, mes
     assert all(len(line) < 400 for line in told.splitlines())
 
 
-@pytest.mark.parametrize(
-    ("suffix", "model", "text"),
-    [("181x", "1811", f"go_relative {'9' * 5000}\n"), ("181x", "1811", f"+{'9' * 5000}\n"),
-     ("if1", "if1", f"+{'9' * 5000}\n"), ("if1", "if1", f"! X.load {'9' * 5000}\n"),
-     ("181x", "1811", "! joystick 1e12\n")],
-)  # fmt: skip
+@pytest.mark.parametrize(("suffix", "model", "text"), [
+    ("181x", "1811", f"go_relative {'9' * 5000}\n"), ("181x", "1811", f"+{'9' * 5000}\n"),
+    ("if1", "if1", f"+{'9' * 5000}\n"), ("if1", "if1", f"! X.load {'9' * 5000}\n"),
+    ("181x", "1811", "! joystick 1e12\n")])  # fmt: skip
 def test_a_program_with_long_numbers(tmp_path, capsys, suffix, model, text):
     (tmp_path / f"a.{suffix}").write_text(text)
     assert execute(["run", model, str(tmp_path / f"a.{suffix}"), "--for", "3"]) == 1
@@ -199,11 +189,9 @@ def test_an_option_on_the_command_line(capsys, value):
     assert all(len(line) < 400 for line in capsys.readouterr().err.splitlines())
 
 
-@pytest.mark.parametrize(
-    ("model", "contents"),
-    [("if2", b"{"), ("if2", b"[" * 9999), ("if2", b'{"frame": ' + b"9" * 5000 + b"}"), ("smartmotor", b"\xff"),
-     ("smartmotor", b'{"version": 1, "program": 5}'), ("smartmotor", b"9" * 5000)],
-)  # fmt: skip
+@pytest.mark.parametrize(("model", "contents"), [
+    ("if2", b"{"), ("if2", b"[" * 9999), ("if2", b'{"frame": ' + b"9" * 5000 + b"}"), ("smartmotor", b"\xff"),
+    ("smartmotor", b'{"version": 1, "program": 5}'), ("smartmotor", b"9" * 5000)])  # fmt: skip
 def test_a_memory_that_is_none(tmp_path, model, contents):
     (tmp_path / f"{model}.json").write_bytes(contents)
     with pytest.raises(UsageError, match=r"is not a memory file of .*: delete ") as told:

@@ -45,13 +45,10 @@ def test_a_chain_of_an_unknown_motor_beside_a_host(tmp_path, command):
 
 
 @pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="this system has no pipes with names")
-@pytest.mark.parametrize(
-    "words",
-    [("run", "smartmotor", "pipe.sms"), ("run", "if1", "pipe.if1"), ("run", "pipe.toml"), ("run", "scene.toml"),
-     ("check", "pipe.sms"), ("plot", "pipe.csv"), ("diff", "pipe.vcd", "pipe.parquet"), ("sweep", "pipe.parquet"),
-     ("sweep", "study.toml", "--out", "a.parquet")],
-    ids=" ".join,
-)  # fmt: skip
+@pytest.mark.parametrize("words", [
+    ("run", "smartmotor", "pipe.sms"), ("run", "if1", "pipe.if1"), ("run", "pipe.toml"), ("run", "scene.toml"),
+    ("check", "pipe.sms"), ("plot", "pipe.csv"), ("diff", "pipe.vcd", "pipe.parquet"), ("sweep", "pipe.parquet"),
+    ("sweep", "study.toml", "--out", "a.parquet")], ids=" ".join)  # fmt: skip
 def test_a_pipe_in_place_of_a_file_is_not_read(tmp_path, monkeypatch, words):
     """Reading would never end."""
     monkeypatch.chdir(tmp_path)
@@ -63,13 +60,10 @@ def test_a_pipe_in_place_of_a_file_is_not_read(tmp_path, monkeypatch, words):
     assert (code in (1, 2), len(told.splitlines()), "pipe." in told) == (True, 1, True)
 
 
-@pytest.mark.parametrize(
-    "words",
-    [("run", "if1", "a.if1", "--trace", "{}.csv"), ("plot", "{}.csv"), ("diff", "{}.csv", "{}.csv"),
-     ("sweep", "{}.parquet"), ("check", "scene.toml"), ("new", "{}", "--yes"), ("examples", "drill", "{}"),
-     ("rescue", "tcp://127.0.0.1:1", "--model", "if1", "--out", "{}")],
-    ids=lambda words: words[0],
-)  # fmt: skip
+@pytest.mark.parametrize("words", [
+    ("run", "if1", "a.if1", "--trace", "{}.csv"), ("plot", "{}.csv"), ("diff", "{}.csv", "{}.csv"),
+    ("sweep", "{}.parquet"), ("check", "scene.toml"), ("new", "{}", "--yes"), ("examples", "drill", "{}"),
+    ("rescue", "tcp://127.0.0.1:1", "--model", "if1", "--out", "{}")], ids=lambda words: words[0])  # fmt: skip
 def test_a_name_that_is_too_long(tmp_path, monkeypatch, words):
     monkeypatch.chdir(tmp_path)
     Path("a.if1").write_text("X10$\n")

@@ -28,15 +28,11 @@ def scripts():
             sys.modules[name] = before[name]
 
 
-@pytest.mark.parametrize(
-    "mutant",
-    [
-        ("if1", "B", "ignored", None), ("if1", "$", "ignored", None), ("if1", "busy", "option", "ignore"),
-        ("1811", 0x76, "ignored", None), ("1811", 0x33, "another parameter", None), ("1811", "reply_ms", "option", 8.0),
-        ("smartmotor", "KP=", "ignored", None), ("smartmotor", "RKP", "another answer", None),
-        ("smartmotor", "GOSUBn", "another parameter", None), ("smartmotor", "CASE", "ignored", None),
-    ],
-)  # fmt: skip
+@pytest.mark.parametrize("mutant", [
+    ("if1", "B", "ignored", None), ("if1", "$", "ignored", None), ("if1", "busy", "option", "ignore"),
+    ("1811", 0x76, "ignored", None), ("1811", 0x33, "another parameter", None), ("1811", "reply_ms", "option", 8.0),
+    ("smartmotor", "KP=", "ignored", None), ("smartmotor", "RKP", "another answer", None),
+    ("smartmotor", "GOSUBn", "another parameter", None), ("smartmotor", "CASE", "ignored", None)])  # fmt: skip
 def test_mutants_are_found(scripts, mutant):
     assert scripts["probe"].found_by_probe(mutant)
 

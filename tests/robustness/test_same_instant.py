@@ -115,11 +115,9 @@ def test_an_output_wired_to_the_emergency_stop_ends_what_switches_it(message):
     assert it.axes["X"].position == (7 if message == "X7S1$" else 0)
 
 
-@pytest.mark.parametrize(
-    ("model", "work", "pin"),
-    [("if1", 11, "output2"), ("if1", 12, "output1"), ("if2", 12, "output1"), ("1811", 13, "remote_acknowledge"),
-     ("1811", 17, "direction"), ("smartmotor", 1, "brake")],
-)  # fmt: skip
+@pytest.mark.parametrize(("model", "work", "pin"), [
+    ("if1", 11, "output2"), ("if1", 12, "output1"), ("if2", 12, "output1"), ("1811", 13, "remote_acknowledge"),
+    ("1811", 17, "direction"), ("smartmotor", 1, "brake")])  # fmt: skip
 @pytest.mark.parametrize("act", ["off", "cycle"])
 def test_power_that_goes_when_a_pin_of_its_own_changes(model, work, pin, act):
     """A subscriber to a pin is called while the controller acts, and may switch the controller off."""

@@ -14,19 +14,15 @@ from .driving import Traced, run_saved
 two = bench_of("if1 a", "1811 board")
 
 
-@pytest.mark.parametrize(
-    "acts",
+@pytest.mark.parametrize("acts", [
+    [("a", "fault", 'lose 2 name="a gap"'), ("a", "mend", "a gap")],
+    [("a", "fault", 'lose 2 "name=a gap"'), ("a", "mend", "'a gap'")],
+    [("a", "fault", "lose 2"), ("a", "fault", "lose 3"), ("a", "mend", "lose-2")],
     [
-        [("a", "fault", 'lose 2 name="a gap"'), ("a", "mend", "a gap")],
-        [("a", "fault", 'lose 2 "name=a gap"'), ("a", "mend", "'a gap'")],
-        [("a", "fault", "lose 2"), ("a", "fault", "lose 3"), ("a", "mend", "lose-2")],
-        [
-            ("a", "fault", 'lose 2 when="a hears X" name=gap'),
-            ("a", "fault", 'flip mask=1 when="gap begins" name=noise'),
-            ("a", "mend", "noise"),
-        ],
-    ],
-)
+        ("a", "fault", 'lose 2 when="a hears X" name=gap'),
+        ("a", "fault", 'flip mask=1 when="gap begins" name=noise'),
+        ("a", "mend", "noise"),
+    ]])  # fmt: skip
 async def test_a_fault_is_mended_by_its_name_in_the_saved_scene_too(acts, tmp_path):
     session = Session(two)
     traced = Traced(session, tmp_path)

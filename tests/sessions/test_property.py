@@ -146,11 +146,9 @@ async def ready(names: tuple[str, ...], session: Session) -> None:
     session.speed = 1.0
 
 
-@pytest.mark.parametrize(
-    ("build", "names"),
-    [(digiplan, ("if1",)), (compumotor, ("1811",)), (smartmotor, ("motor",)), (all_of_them, ("if1", "1811", "motor"))],
-    ids=["digiplan", "compumotor", "smartmotor", "all"],
-)
+@pytest.mark.parametrize(("build", "names"), [
+    (digiplan, ("if1",)), (compumotor, ("1811",)), (smartmotor, ("motor",)), (all_of_them, ("if1", "1811", "motor"))
+], ids=["digiplan", "compumotor", "smartmotor", "all"])  # fmt: skip
 @settings(max_examples=12, deadline=None, suppress_health_check=[HealthCheck.too_slow])
 @given(data=st.data())
 def test_a_session_is_repeated(build, names, data):

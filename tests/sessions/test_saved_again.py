@@ -110,8 +110,7 @@ async def test_what_was_done_later_at_the_same_nanosecond_comes_later_in_what_is
     assert run_saved({}, tmp_path / "twice", session.seconds) == traced.rows()
 
 
-@pytest.mark.parametrize(
-    ("host", "rank"), [("", 0), ("mine", 0), ("outside", 1), ("outside 1", 1), ("outside 2", 2), ("outside 99", 8)]
-)
+@pytest.mark.parametrize(("host", "rank"), [
+    ("", 0), ("mine", 0), ("outside", 1), ("outside 1", 1), ("outside 2", 2), ("outside 99", 8)])  # fmt: skip
 def test_hosts_from_outside_come_one_after_the_other(host, rank):
     assert rank_of(host) == rank

@@ -166,21 +166,17 @@ def test_a_conversation_in_a_scene_waits_for_what_it_hears(tmp_path):
     assert when["input2"] == pytest.approx(when["input1"] + 2)
 
 
-@pytest.mark.parametrize(
-    ("talk", "message"),
-    [
-        ("> X\nother: > Y\n", r"h\.talk:2: no controller 'other' in the scene: expected one of if1"),
-        ("! input9 high\n", r"h\.talk:1: unknown name 'input9'"),
-        ("! load x.if1\n", r"x\.if1 cannot be read"),
-        ("! load x.exe\n", "x.exe cannot be loaded: expected a file whose name ends in .sms"),
-        ("! write 0\n", "unknown name 'write'"),
-        ("! flow maybe\n", "invalid flow control 'maybe': expected one of none, dtr, xon"),
-        (
-            "! drop it\n",
-            "invalid value 'it' of the action `drop`: expected `! drop pending`, to discard unsent characters",
-        ),
-    ],
-)
+@pytest.mark.parametrize(("talk", "message"), [
+    ("> X\nother: > Y\n", r"h\.talk:2: no controller 'other' in the scene: expected one of if1"),
+    ("! input9 high\n", r"h\.talk:1: unknown name 'input9'"),
+    ("! load x.if1\n", r"x\.if1 cannot be read"),
+    ("! load x.exe\n", "x.exe cannot be loaded: expected a file whose name ends in .sms"),
+    ("! write 0\n", "unknown name 'write'"),
+    ("! flow maybe\n", "invalid flow control 'maybe': expected one of none, dtr, xon"),
+    (
+        "! drop it\n",
+        "invalid value 'it' of the action `drop`: expected `! drop pending`, to discard unsent characters",
+    )])  # fmt: skip
 def test_what_a_host_cannot_do_is_told_with_its_place(talk, message, tmp_path):
     (tmp_path / "h.talk").write_text(talk)
     (tmp_path / "s.toml").write_text('[[controller]]\nmodel = "if1"\nhost = ["h.talk"]\n')

@@ -151,9 +151,8 @@ def test_a_level_is_no_voltage(user_pin):
 
 
 @pytest.mark.parametrize("before", [False, True])
-@pytest.mark.parametrize(
-    ("volts", "level"), [(0.0, False), (0.8, False), (0.81, None), (1.99, None), (2.0, True), (5.0, True)]
-)
+@pytest.mark.parametrize(("volts", "level"), [
+    (0.0, False), (0.8, False), (0.81, None), (1.99, None), (2.0, True), (5.0, True)])  # fmt: skip
 def test_between_the_thresholds_the_level_stays(user_pin, before, volts, level):
     """1 is "2.0 Vdc or greater", 0 is "0.8 V dc" or less (6)."""
     user_pin.drive(before)
@@ -161,11 +160,9 @@ def test_between_the_thresholds_the_level_stays(user_pin, before, volts, level):
     assert user_pin.level is (before if level is None else level)
 
 
-@pytest.mark.parametrize(
-    ("volts", "number"),
-    [(0.0, 0), (5.0, 1023), (2.5, 512), (1.0, 205), (0.002, 0), (0.003, 1), (4.997, 1022), (4.998, 1023),
-     (5.5, 1023), (-0.5, 0)],
-)  # fmt: skip
+@pytest.mark.parametrize(("volts", "number"), [
+    (0.0, 0), (5.0, 1023), (2.5, 512), (1.0, 205), (0.002, 0), (0.003, 1), (4.997, 1022), (4.998, 1023),
+    (5.5, 1023), (-0.5, 0)])  # fmt: skip
 def test_the_converter_gives_the_nearest_of_1024_numbers(user_pin, volts, number):
     """0 is 0 V and 1023 is 5.0 V (6.3), so 2.5 V are 511.5, 1 V is 204.6, and half a step is 2.44 mV."""
     user_pin.drive(volts)

@@ -167,19 +167,15 @@ def test_what_a_receiver_cannot_see_is_not_kept():
     assert most <= MANY + 5
 
 
-@pytest.mark.parametrize(
-    ("values", "message"),
-    [
-        ({"baudrate": 0}, "invalid baud rate 0: expected a whole number from 1 to 12000000, e.g. 9600"),
-        ({"baudrate": -9600}, "invalid baud rate -9600: expected a whole number from 1 to 12000000, e.g. 9600"),
-        ({"baudrate": 10**12}, f"invalid baud rate {10**12}: expected a whole number from 1 to 12000000, e.g. 9600"),
-        ({"baudrate": 10**5000}, "invalid baud rate of more than 64 binary digits: expected a whole number"),
-        ({"baudrate": 9600.5}, "invalid baud rate 9600.5: expected a whole number"),
-        ({"bytesize": 900}, "invalid number of data bits 900: expected 5, 6, 7 or 8"),
-        ({"parity": "X"}, "invalid parity 'X': expected one of N, E, O, M, S"),
-        ({"stopbits": -3}, "invalid number of stop bits -3: expected 1, 1.5 or 2"),
-    ],
-)
+@pytest.mark.parametrize(("values", "message"), [
+    ({"baudrate": 0}, "invalid baud rate 0: expected a whole number from 1 to 12000000, e.g. 9600"),
+    ({"baudrate": -9600}, "invalid baud rate -9600: expected a whole number from 1 to 12000000, e.g. 9600"),
+    ({"baudrate": 10**12}, f"invalid baud rate {10**12}: expected a whole number from 1 to 12000000, e.g. 9600"),
+    ({"baudrate": 10**5000}, "invalid baud rate of more than 64 binary digits: expected a whole number"),
+    ({"baudrate": 9600.5}, "invalid baud rate 9600.5: expected a whole number"),
+    ({"bytesize": 900}, "invalid number of data bits 900: expected 5, 6, 7 or 8"),
+    ({"parity": "X"}, "invalid parity 'X': expected one of N, E, O, M, S"),
+    ({"stopbits": -3}, "invalid number of stop bits -3: expected 1, 1.5 or 2")])  # fmt: skip
 def test_a_format_that_no_uart_has_is_refused(values, message):
     with pytest.raises(UsageError) as refused:
         UartFormat(**values)

@@ -55,10 +55,8 @@ def test_a_character_is_received_at_the_end_of_its_first_stop_bit_and_the_next_b
     assert times == [round(10 * bit), round(11 * bit) + round(10 * bit)] == [1_041_667, 2_187_500]
 
 
-@pytest.mark.parametrize(
-    ("baudrate", "milliseconds"),
-    [(110, 100), (300, 36.667), (600, 18.333), (1200, 9.167), (2400, 4.583), (4800, 2.292), (9600, 1.146)],
-)
+@pytest.mark.parametrize(("baudrate", "milliseconds"), [
+    (110, 100), (300, 36.667), (600, 18.333), (1200, 9.167), (2400, 4.583), (4800, 2.292), (9600, 1.146)])  # fmt: skip
 def test_an_eleven_bit_character_takes_its_time(baudrate, milliseconds):
     assert UartFormat(baudrate, 8, "N", 2).frame_ns / 1e6 == pytest.approx(milliseconds, abs=5e-4)
 

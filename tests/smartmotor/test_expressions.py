@@ -50,13 +50,10 @@ def test_the_value_of_an_expression():
     assert {text: value(text) for text in VALUES_OF} == VALUES_OF
 
 
-@pytest.mark.parametrize(
-    "text",
-    [
-        "1/0", "1%0", "a/a", "2147483647+1", "-2147483647-2", "65536*65536", "2147483648", "-(-2147483648)",
-        "--2147483648", "-2147483648/-1", "10^10", "2^5", "2^-1", "99999999999999999999", "(2147483647+1)-1", "b*b",
-    ],
-)  # fmt: skip
+@pytest.mark.parametrize("text", [
+    "1/0", "1%0", "a/a", "2147483647+1", "-2147483647-2", "65536*65536", "2147483648", "-(-2147483648)",
+    "--2147483648", "-2147483648/-1", "10^10", "2^5", "2^-1", "99999999999999999999", "(2147483647+1)-1", "b*b"
+])  # fmt: skip
 def test_an_overflow_or_a_division_by_zero_sets_bd(text):
     """7 of the base language: overflow, division by zero, and powers above 4 abandon the statement and set Bd."""
     i, v = machine(b=100_000)
@@ -127,19 +124,16 @@ def test_every_variable_can_be_read():
     assert [name for name in names if find(name).fetch] == ["GETCHR", "GETCHR1", "AINA1", "AINH4", "DINA0", "DINH63"]
 
 
-@pytest.mark.parametrize(
-    "name", ["AINA0", "AINA5", "DINA64", "AINI1", "ba", "abc", "aaaa", "UH", "Bq", "PP", "ab", "@X"]
-)
+@pytest.mark.parametrize("name", [
+    "AINA0", "AINA5", "DINA64", "AINI1", "ba", "abc", "aaaa", "UH", "Bq", "PP", "ab", "@X"])  # fmt: skip
 def test_names_that_are_no_variables(name):
     with pytest.raises(Malformed):
         Reader(name).expression()
 
 
-@pytest.mark.parametrize(
-    ("text", "position"),
-    [("", 0), ("1+", 2), ("*2", 0), ("(1", 2), ("ab", 2), ("ab[1", 4), ("1+K", 2), ("a+=", 2), ("#", 0), ("()", 1),
-     ("(" * 30 + "1", 21), ("aw[]", 3), ("é", 0)],
-)  # fmt: skip
+@pytest.mark.parametrize(("text", "position"), [
+    ("", 0), ("1+", 2), ("*2", 0), ("(1", 2), ("ab", 2), ("ab[1", 4), ("1+K", 2), ("a+=", 2), ("#", 0), ("()", 1),
+    ("(" * 30 + "1", 21), ("aw[]", 3), ("é", 0)])  # fmt: skip
 def test_what_is_no_expression_is_told_with_its_place(text, position):
     with pytest.raises(Malformed) as caught:
         Reader(text).expression()

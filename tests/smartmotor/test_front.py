@@ -116,13 +116,10 @@ def test_at_power_up_it_is_as_in_the_table_of_boot_up_defaults(bench):
     assert shown(motor, MOTOR, "BRK") is True
 
 
-@pytest.mark.parametrize(
-    ("text", "word"),
-    [
-        ("BRKRLS OFF", "O"), ("MTB", "B"), (f"A={UNIT} V=10 P=5000 G", "P"), (f"A={UNIT} V=10 D=5000 G", "R"),
-        (f"A={UNIT} V=10 MV G", "V"), ("T=1 MT", "T"), ("MF4", "F"), ("MFMUL=1 MFDIV=2 MFR G", "X"), ("MS", "S"),
-    ],
-)  # fmt: skip
+@pytest.mark.parametrize(("text", "word"), [
+    ("BRKRLS OFF", "O"), ("MTB", "B"), (f"A={UNIT} V=10 P=5000 G", "P"), (f"A={UNIT} V=10 D=5000 G", "R"),
+    (f"A={UNIT} V=10 MV G", "V"), ("T=1 MT", "T"), ("MF4", "F"), ("MFMUL=1 MFDIV=2 MFR G", "X"), ("MS", "S")
+])  # fmt: skip
 def test_the_mode_by_its_letter(bench, motor, text, word):
     send(bench, motor, text, 0.01)
     assert ask(bench, motor, "RMODE") == word

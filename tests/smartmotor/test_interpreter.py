@@ -248,10 +248,9 @@ def test_compiled_and_plain_are_the_same(text):
         ("SWITCH n CASE n+3 a=1 ENDS b=1", [0, 1, 0]),
     ],
 )
-@pytest.mark.parametrize(
-    "compiled",
-    [False, pytest.param(True, marks=pytest.mark.skipif(not jit.available(), reason="Numba is not installed"))],
-)
+@pytest.mark.parametrize("compiled", [
+    False, pytest.param(True, marks=pytest.mark.skipif(not jit.available(), reason="Numba is not installed"))
+])  # fmt: skip
 def test_a_condition_that_is_not_an_expression_sets_bs_and_is_false(text, values, compiled):
     """Base 8: `IF n=3` is not a comparison, so the condition is false; the structure of the blocks is kept."""
     whole = Whole(Rig(None), text, compiled=compiled)

@@ -284,16 +284,11 @@ def test_a_motor_is_that_of_the_reference_whatever_happens_to_it(random):
             all_of_them.run(random.randint(1, 60))
 
 
-@pytest.mark.parametrize(
-    "happenings",
-    [
-        (a_move_starts, a_move_starts),
-        (it_follows, the_master_turns),
-        (it_begins_a_cam, cam_parameters_change, cam_parameters_change),
-        (it_begins_host_mode, the_host_sends_points),
-    ],
-    ids=["moves", "follow", "cam", "host"],
-)
+@pytest.mark.parametrize("happenings", [
+    (a_move_starts, a_move_starts),
+    (it_follows, the_master_turns),
+    (it_begins_a_cam, cam_parameters_change, cam_parameters_change),
+    (it_begins_host_mode, the_host_sends_points)], ids=["moves", "follow", "cam", "host"])  # fmt: skip
 @THOROUGH
 @given(random=CHANCE)
 def test_each_kind_of_trajectory_is_that_of_the_reference(happenings, random):

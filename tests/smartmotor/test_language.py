@@ -63,9 +63,8 @@ def test_a_command_is_recognised(text, code, operands):
     assert [part.constant if isinstance(part, Expression) else part for part in given] == operands
 
 
-@pytest.mark.parametrize(
-    "text", ["Ra", "Rzz", "Rab[a+1]", "Raw[0]", "Ral[ab[3]]", "RAINA1", "RDINH63", "RCHN0", "RS4", "RS"]
-)
+@pytest.mark.parametrize("text", [
+    "Ra", "Rzz", "Rab[a+1]", "Raw[0]", "Ral[ab[3]]", "RAINA1", "RDINH63", "RCHN0", "RS4", "RS"])  # fmt: skip
 def test_reports_are_commands(text):
     assert read(text).problem is None
 
@@ -92,27 +91,23 @@ def test_what_is_no_command(text):
     assert 0 <= statement.problem.position <= len(text)
 
 
-@pytest.mark.parametrize(
-    ("text", "expected"),
-    [
-        ("A100", (0, "A100: an assignment needs its equal sign, A=100")),
-        ("zz-3", (0, "zz-3: an assignment needs its equal sign, zz=-3")),
-        ("KGON", (0, "KGON has been removed in firmware 4.76: KG acts whenever it is not 0: remove this command")),
-        ("a=b+", (4, "a value is missing at the end of the expression: expected e.g. a+1")),
-        ("a=b+A1", (4, "there is no variable A1: expected e.g. aa, al[0] or CLK")),
-        ("a=A1+ZZ", (2, "there is no variable A1: expected e.g. aa, al[0] or CLK")),
-        ("b=ABC", (2, "there is no variable ABC: expected e.g. aa, al[0] or CLK")),
-        ("b=XX", (2, "there is no variable XX: expected e.g. xx")),
-        ("a=(1+2", (6, "the closing ) is missing: expected e.g. (a+1)*2 or aw[5]")),
-        ("VST(a,3", (7, "the closing ) is missing: expected VST(variable,number)")),
-        ("GOSUB1000", (5, "1000 is out of range: expected label 0…999")),
-        ("endif", (0, "unknown command endif: commands are upper case")),
-        ("=5", (0, "=5: blanks around = are not allowed")),
-        ("aw[0] 1 2", (9, "the list of values does not end with a period: expected e.g. 'aw[0] 1 2 3.'")),
-        ("CASE a", (5, "the value of CASE must be a constant, e.g. CASE 1")),
-        ("Bt", (0, "Bt is a value, not a command: RBt reports it")),
-    ],
-)
+@pytest.mark.parametrize(("text", "expected"), [
+    ("A100", (0, "A100: an assignment needs its equal sign, A=100")),
+    ("zz-3", (0, "zz-3: an assignment needs its equal sign, zz=-3")),
+    ("KGON", (0, "KGON has been removed in firmware 4.76: KG acts whenever it is not 0: remove this command")),
+    ("a=b+", (4, "a value is missing at the end of the expression: expected e.g. a+1")),
+    ("a=b+A1", (4, "there is no variable A1: expected e.g. aa, al[0] or CLK")),
+    ("a=A1+ZZ", (2, "there is no variable A1: expected e.g. aa, al[0] or CLK")),
+    ("b=ABC", (2, "there is no variable ABC: expected e.g. aa, al[0] or CLK")),
+    ("b=XX", (2, "there is no variable XX: expected e.g. xx")),
+    ("a=(1+2", (6, "the closing ) is missing: expected e.g. (a+1)*2 or aw[5]")),
+    ("VST(a,3", (7, "the closing ) is missing: expected VST(variable,number)")),
+    ("GOSUB1000", (5, "1000 is out of range: expected label 0…999")),
+    ("endif", (0, "unknown command endif: commands are upper case")),
+    ("=5", (0, "=5: blanks around = are not allowed")),
+    ("aw[0] 1 2", (9, "the list of values does not end with a period: expected e.g. 'aw[0] 1 2 3.'")),
+    ("CASE a", (5, "the value of CASE must be a constant, e.g. CASE 1")),
+    ("Bt", (0, "Bt is a value, not a command: RBt reports it"))])  # fmt: skip
 def test_what_is_wrong_is_told_with_its_place(text, expected):
     assert told(text) == expected
 
@@ -129,26 +124,22 @@ def test_a_host_may_not_send_what_belongs_to_a_program():
     assert not any(command(text).problem for text in ("RUN", "END", "GOSUB5", "RETURN", "STACK", "G"))
 
 
-@pytest.mark.parametrize(
-    ("text", "expected"),
-    [
-        ("ZS MP P=1000 G", ["ZS", "MP", "P=1000", "G"]),
-        ("Ze       ' Reset position error bit\nENDIF", ["Ze", "ENDIF"]),
-        ("a=1'b\r\nb=2\rc=3\0d=4\n\n", ["a=1", "b=2", "c=3", "d=4"]),
-        ("IF   Be==1  ' If", ["IF   Be==1"]),
-        ("WHILE 1 IF UAI a=a+1 ENDIF LOOP", ["WHILE 1", "IF UAI", "a=a+1", "ENDIF", "LOOP"]),
-        ("\tCASE\t3\tG", ["CASE\t3", "G"]),
-        ("IF\na=1", ["IF", "a=1"]),
-        ('PRINT("it\'s a b",pp,#13) G', ['PRINT("it\'s a b",pp,#13)', "G"]),
-        ('PRINT("abc\nG', ['PRINT("abc', "G"]),
-        ("aw[0] 0 700  1100.  ' three\nG", ["aw[0] 0 700  1100.", "G"]),
-        ("aw[0] 1 2 .\nG", ["aw[0] 1 2 .", "G"]),
-        ("aw[ab[1]] 1 2\n3. G", ["aw[ab[1]] 1 2", "3.", "G"]),
-        ("aw[0]=1 aw[1]=2", ["aw[0]=1", "aw[1]=2"]),
-        ("", []),
-        (" ' nothing", []),
-    ],
-)
+@pytest.mark.parametrize(("text", "expected"), [
+    ("ZS MP P=1000 G", ["ZS", "MP", "P=1000", "G"]),
+    ("Ze       ' Reset position error bit\nENDIF", ["Ze", "ENDIF"]),
+    ("a=1'b\r\nb=2\rc=3\0d=4\n\n", ["a=1", "b=2", "c=3", "d=4"]),
+    ("IF   Be==1  ' If", ["IF   Be==1"]),
+    ("WHILE 1 IF UAI a=a+1 ENDIF LOOP", ["WHILE 1", "IF UAI", "a=a+1", "ENDIF", "LOOP"]),
+    ("\tCASE\t3\tG", ["CASE\t3", "G"]),
+    ("IF\na=1", ["IF", "a=1"]),
+    ('PRINT("it\'s a b",pp,#13) G', ['PRINT("it\'s a b",pp,#13)', "G"]),
+    ('PRINT("abc\nG', ['PRINT("abc', "G"]),
+    ("aw[0] 0 700  1100.  ' three\nG", ["aw[0] 0 700  1100.", "G"]),
+    ("aw[0] 1 2 .\nG", ["aw[0] 1 2 .", "G"]),
+    ("aw[ab[1]] 1 2\n3. G", ["aw[ab[1]] 1 2", "3.", "G"]),
+    ("aw[0]=1 aw[1]=2", ["aw[0]=1", "aw[1]=2"]),
+    ("", []),
+    (" ' nothing", [])])  # fmt: skip
 def test_where_the_statements_of_a_program_end(text, expected):
     assert [text[begin:end] for begin, end in lexer.statements(text)] == expected
 

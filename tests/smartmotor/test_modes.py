@@ -232,9 +232,8 @@ def told(words, pieces):
 # axis.velocity
 
 
-@pytest.mark.parametrize(
-    ("rate", "shaft"), [(1, {}), (2, {}), (4, {}), (8, {}), (1, {"motor": "frame23"}), (2, {"motor": "frame23"})]
-)
+@pytest.mark.parametrize(("rate", "shaft"), [
+    (1, {}), (2, {}), (4, {}), (8, {}), (1, {"motor": "frame23"}), (2, {"motor": "frame23"})])  # fmt: skip
 def test_velocity_is_that_of_the_motion_with_any_pid(bench, rate, shaft):
     """Base 1: V is per servo sample, of n base samples: 16 counts in each, and the velocity is never 0 between."""
     motor = ready(bench, shaft=shaft)

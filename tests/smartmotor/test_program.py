@@ -83,26 +83,22 @@ def test_example_5_of_chapter_9():
     ]
 
 
-@pytest.mark.parametrize(
-    ("text", "expected"),
-    [
-        ("IF a b=1", [("IF a", "IF: ENDIF is missing")]),
-        ("WHILE a b=1 BREAK", [("WHILE a", "WHILE: LOOP is missing"), ("BREAK", "BREAK: LOOP is missing")]),
-        ("ENDIF", [("ENDIF", "ENDIF: no IF before this statement")]),
-        ("LOOP", [("LOOP", "LOOP: no WHILE before this statement")]),
-        ("ELSE", [("ELSE", "ELSE: no IF before this statement")]),
-        ("CASE 1", [("CASE 1", "CASE: no SWITCH before this statement")]),
-        ("BREAK", [("BREAK", "BREAK: it leaves a SWITCH or a WHILE, and stands in none")]),
-        (
-            "IF a WHILE b ENDIF LOOP",
-            [("IF a", "IF: ENDIF is missing"),
-             ("ENDIF", "ENDIF: no open IF before this statement; WHILE b has not ended")],
-        ),
-        ("IF a ELSE ELSE ENDIF", [("ELSE", "ELSE: it stands behind ELSE")]),
-        ("IF a ELSE ELSEIF b ENDIF", [("ELSEIF b", "ELSEIF: it stands behind ELSE")]),
-        ("SWITCH a DEFAULT DEFAULT ENDS", [("DEFAULT", "DEFAULT: it stands behind DEFAULT")]),
-    ],
-)  # fmt: skip
+@pytest.mark.parametrize(("text", "expected"), [
+    ("IF a b=1", [("IF a", "IF: ENDIF is missing")]),
+    ("WHILE a b=1 BREAK", [("WHILE a", "WHILE: LOOP is missing"), ("BREAK", "BREAK: LOOP is missing")]),
+    ("ENDIF", [("ENDIF", "ENDIF: no IF before this statement")]),
+    ("LOOP", [("LOOP", "LOOP: no WHILE before this statement")]),
+    ("ELSE", [("ELSE", "ELSE: no IF before this statement")]),
+    ("CASE 1", [("CASE 1", "CASE: no SWITCH before this statement")]),
+    ("BREAK", [("BREAK", "BREAK: it leaves a SWITCH or a WHILE, and stands in none")]),
+    (
+        "IF a WHILE b ENDIF LOOP",
+        [("IF a", "IF: ENDIF is missing"),
+         ("ENDIF", "ENDIF: no open IF before this statement; WHILE b has not ended")],
+    ),
+    ("IF a ELSE ELSE ENDIF", [("ELSE", "ELSE: it stands behind ELSE")]),
+    ("IF a ELSE ELSEIF b ENDIF", [("ELSEIF b", "ELSEIF: it stands behind ELSE")]),
+    ("SWITCH a DEFAULT DEFAULT ENDS", [("DEFAULT", "DEFAULT: it stands behind DEFAULT")])])  # fmt: skip
 def test_parts_of_blocks_without_the_others(text, expected):
     assert broken(text) == expected
 

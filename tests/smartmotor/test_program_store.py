@@ -188,15 +188,13 @@ def test_between_load_and_its_end_the_kept_program_is_not_valid(bench, tmp_path)
     }  # fmt: skip
 
 
-@pytest.mark.parametrize(
-    "contents",
-    ["", "no JSON", "[]", "null", '{"version": 2}', '{"version": 1}', "[" * 100_000,
-     '{"version": 1, "program": 7, "broken": false, "locked": false, "eeprom": ""}',
-     '{"version": 1, "program": "\\u20ac", "broken": false, "locked": false, "eeprom": ""}',
-     '{"version": 1, "program": "", "broken": 0, "locked": false, "eeprom": ""}',
-     '{"version": 1, "program": "", "broken": false, "locked": false, "eeprom": "xy"}',
-     '{"version": 1, "program": "", "broken": false, "locked": false, "eeprom": 1}'],
-)  # fmt: skip
+@pytest.mark.parametrize("contents", [
+    "", "no JSON", "[]", "null", '{"version": 2}', '{"version": 1}', "[" * 100_000,
+    '{"version": 1, "program": 7, "broken": false, "locked": false, "eeprom": ""}',
+    '{"version": 1, "program": "\\u20ac", "broken": false, "locked": false, "eeprom": ""}',
+    '{"version": 1, "program": "", "broken": 0, "locked": false, "eeprom": ""}',
+    '{"version": 1, "program": "", "broken": false, "locked": false, "eeprom": "xy"}',
+    '{"version": 1, "program": "", "broken": false, "locked": false, "eeprom": 1}'])  # fmt: skip
 def test_a_spoilt_state_file_is_told_with_its_name(bench, tmp_path, contents):
     (tmp_path / "smartmotor.json").write_text(contents)
     with pytest.raises(
@@ -264,11 +262,9 @@ def test_a_program_that_is_not_compiled_yet_can_be_run_in_the_same_nanosecond() 
     assert motor.serial.read() == b"7\r"
 
 
-@pytest.mark.parametrize(
-    "text",
-    ["SWITCH a\n" + "CASE 1\n" * 2000 + "ENDS\n", "IF a\n" + "ELSEIF a\n" * 2000 + "ENDIF\n",
-     "WHILE 1\n" * 2000 + "BREAK\n" * 2000, "IF a\nELSE\n" + "ELSE\n" * 2000 + "ENDIF\n"],
-)  # fmt: skip
+@pytest.mark.parametrize("text", [
+    "SWITCH a\n" + "CASE 1\n" * 2000 + "ENDS\n", "IF a\n" + "ELSEIF a\n" * 2000 + "ENDIF\n",
+    "WHILE 1\n" * 2000 + "BREAK\n" * 2000, "IF a\nELSE\n" + "ELSE\n" * 2000 + "ENDIF\n"])  # fmt: skip
 def test_blocks_cost_the_same_for_each_of_their_parts(text: str, monkeypatch: pytest.MonkeyPatch) -> None:
     count, word = 0, program.word
 

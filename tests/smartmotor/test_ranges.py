@@ -60,14 +60,10 @@ def test_the_sources_of_a_command():
     assert {code: accepted for code, accepted in commands.items() if accepted != wanted[code]} == {}
 
 
-@pytest.mark.parametrize(
-    ("code", "units"),
-    [
-        ("P=", {"counts"}), ("V=", {"1/65536 count/sample"}), ("A=", {"1/65536 count/sample²"}), ("E=", {"counts"}),
-        ("T=", {"1/1023"}), ("AMPS=", {"1/1023"}), ("TH=", {"°C"}), ("THD=", {"samples"}), ("CLK=", {"samples"}),
-        ("BASE=", {"master counts"}), ("BAUDn", {"bit/s"}),
-    ],
-)  # fmt: skip
+@pytest.mark.parametrize(("code", "units"), [
+    ("P=", {"counts"}), ("V=", {"1/65536 count/sample"}), ("A=", {"1/65536 count/sample²"}), ("E=", {"counts"}),
+    ("T=", {"1/1023"}), ("AMPS=", {"1/1023"}), ("TH=", {"°C"}), ("THD=", {"samples"}), ("CLK=", {"samples"}),
+    ("BASE=", {"master counts"}), ("BAUDn", {"bit/s"})])  # fmt: skip
 def test_the_units_of_parameters(code, units):
     """Base 1: velocity in 1/65536 count per sample, acceleration per sample²; 9.1: BASE in external encoder counts."""
     command = product("smartmotor").commands.get(code)

@@ -262,11 +262,9 @@ def test_an_overheated_motor_can_rest_while_it_cools():
     assert one.resting
 
 
-@pytest.mark.parametrize(
-    ("slot", "value"),
-    [(state.DRIVE, state.DRIVE_OPEN), (state.COMMANDED, 65536), (state.VELOCITY, 1), (state.CURRENT_SUM, 4000),
-     (state.OVERLOAD, 1), (state.HOT, 1), (state.PWM, 700), (state.INTEGRAL, 5000), (state.TH, 20)],
-)  # fmt: skip
+@pytest.mark.parametrize(("slot", "value"), [
+    (state.DRIVE, state.DRIVE_OPEN), (state.COMMANDED, 65536), (state.VELOCITY, 1), (state.CURRENT_SUM, 4000),
+    (state.OVERLOAD, 1), (state.HOT, 1), (state.PWM, 700), (state.INTEGRAL, 5000), (state.TH, 20)])  # fmt: skip
 def test_no_rest_while_something_changes(slot, value):
     """A motor that holds a weight cannot rest if something changes, e.g. if its drive is switched off."""
     rig = Rig(FRAME23, ServoLoad(gravity_torque_nm=-0.1))
@@ -414,13 +412,9 @@ def highest(rig, counts):
     return most, rig.i[state.SHAFT]
 
 
-@pytest.mark.parametrize(
-    ("kd", "millihenry", "fine"),
-    [
-        (550, 0.0, 217), (550, 0.7, 216), (300, 1.4, 246), (200, 0.7, 226), (150, 0.0, 222), (150, 0.35, 224),
-        (150, 0.7, 242),
-    ],
-)  # fmt: skip
+@pytest.mark.parametrize(("kd", "millihenry", "fine"), [
+    (550, 0.0, 217), (550, 0.7, 216), (300, 1.4, 246), (200, 0.7, 226), (150, 0.0, 222), (150, 0.35, 224),
+    (150, 0.7, 242)])  # fmt: skip
 def test_inductance_matters_where_damping_is_small(kd, millihenry, fine):
     """A step of 200 counts of a frame 23 is within 2 counts of an integration in steps of 1.2 µs."""
     most, end = highest(Rig(replace(FRAME23, kd=kd, winding_inductance_h=millihenry / 1000)), 200)

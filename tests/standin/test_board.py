@@ -233,13 +233,9 @@ def test_late_pulses_stop_the_motors_with_a_reason():
     assert stopped.positions["table.X"] == len(metal.small.pulses[2]) == 100
 
 
-@pytest.mark.parametrize(
-    ("limits", "reason"),
-    [
-        ({"max_rate": 900}, "table.X: 1000 pulses/s is above max_rate 900"),
-        ({"travel": (-10, 20)}, "table.X: position 21 is beyond travel [-10, 20]"),
-    ],
-)
+@pytest.mark.parametrize(("limits", "reason"), [
+    ({"max_rate": 900}, "table.X: 1000 pulses/s is above max_rate 900"),
+    ({"travel": (-10, 20)}, "table.X: position 21 is beyond travel [-10, 20]")])  # fmt: skip
 def test_limits_are_checked_before_pulses_are_sent(limits, reason):
     metal = Metal(axes=(AxisPins("table.X", X.step, X.direction, X.enable, **limits),)).start()
     metal.board.queue("table.X", +1, metal.even(21, 1000))
@@ -289,34 +285,26 @@ def test_a_queue_that_is_too_small():
     )
 
 
-@pytest.mark.parametrize(
-    ("axes", "inputs", "message"),
-    [
-        (
-            (X, Y),
-            (InputPin("table.input1", BoardPin("P2")),),
-            "pin P2 is used for table.X step and for table.input1 input: choose another pin for one of them",
-        ),
-        ((AxisPins("table.X", X.step, X.direction),), (), "table.X has no enable pin"),
-        (
-            (X,),
-            (InputPin("other.limit", BoardPin("P9"), stops=0),),
-            "wired to the wrong board: expected the same board as for the axes of the controller other",
-        ),
-    ],
-)
+@pytest.mark.parametrize(("axes", "inputs", "message"), [
+    (
+        (X, Y),
+        (InputPin("table.input1", BoardPin("P2")),),
+        "pin P2 is used for table.X step and for table.input1 input: choose another pin for one of them",
+    ),
+    ((AxisPins("table.X", X.step, X.direction),), (), "table.X has no enable pin"),
+    (
+        (X,),
+        (InputPin("other.limit", BoardPin("P9"), stops=0),),
+        "wired to the wrong board: expected the same board as for the axes of the controller other",
+    )])  # fmt: skip
 def test_conflicts_of_the_wiring(axes, inputs, message):
     with pytest.raises(UsageError, match=message):
         Wiring("small", axes, inputs).check()
 
 
-@pytest.mark.parametrize(
-    ("pin", "message"),
-    [
-        ("P77", "the board has no pin P77 for table.input2 input: expected one of P0, P1"),
-        ("P0", "is reserved for serial: choose another pin"),
-    ],
-)
+@pytest.mark.parametrize(("pin", "message"), [
+    ("P77", "the board has no pin P77 for table.input2 input: expected one of P0, P1"),
+    ("P0", "is reserved for serial: choose another pin")])  # fmt: skip
 def test_pins_that_the_board_lacks_or_reserves(pin, message):
     wiring = Wiring("small", (X,), (INPUT, InputPin("table.input2", BoardPin(pin)), LIMIT))
     with pytest.raises(UsageError, match=message):

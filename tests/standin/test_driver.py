@@ -134,14 +134,10 @@ class OtherBoard:
         return [call for call in self.calls if call[0] == "stop"]
 
 
-@pytest.mark.parametrize(
-    ("event", "reason"),
-    [
-        (Stopped("table.limit_plus stopped the motion", {"table.X": 7}, "table.limit_plus"), "limit_plus stopped"),
-        (Stopped("late by 34 ms", {"table.X": 7}), "late by 34 ms"),
-        (Failed("the board does not answer"), "the board does not answer"),
-    ],
-)
+@pytest.mark.parametrize(("event", "reason"), [
+    (Stopped("table.limit_plus stopped the motion", {"table.X": 7}, "table.limit_plus"), "limit_plus stopped"),
+    (Stopped("late by 34 ms", {"table.X": 7}), "late by 34 ms"),
+    (Failed("the board does not answer"), "the board does not answer")])  # fmt: skip
 def test_axes_of_one_controller_on_two_boards_stop_together(event, reason):
     bench, first, second, third = Bench(), OtherBoard(X), OtherBoard(Y), OtherBoard(Z)
     bench.add("if1", "table")

@@ -266,13 +266,10 @@ def test_step_generators_of_hal_make_every_pulse(hal):
     sender.shut_down()
 
 
-@pytest.mark.parametrize(
-    ("text", "reason"),
-    [
-        ("loadrt nothing_of_this_name\n", "`halcmd -f test.hal` has failed: "),
-        ("", "HAL pins without a signal: axistwin.table.X.position-fb, axistwin.table.limit_plus; link each pin to "),
-    ],
-)
+@pytest.mark.parametrize(("text", "reason"), [
+    ("loadrt nothing_of_this_name\n", "`halcmd -f test.hal` has failed: "),
+    ("", "HAL pins without a signal: axistwin.table.X.position-fb, axistwin.table.limit_plus; link each pin to ")
+])  # fmt: skip
 def test_a_wrong_hal_file_is_an_error(hal, text, reason):
     _, events = hal(text)
     failed = events.get(timeout=300)

@@ -17,10 +17,9 @@ from axistwin.real.standin.dictionary import Dictionary
 from .small_board import DESCRIBED
 
 
-@pytest.mark.parametrize(
-    ("low", "high", "size"),
-    [(-32, 95, 1), (-4096, 12287, 2), (-524288, 1572863, 3), (-67108864, 201326591, 4), (-2147483648, 2147483647, 5)],
-)  # fmt: skip
+@pytest.mark.parametrize(("low", "high", "size"), [
+    (-32, 95, 1), (-4096, 12287, 2), (-524288, 1572863, 3), (-67108864, 201326591, 4), (-2147483648, 2147483647, 5)
+])  # fmt: skip
 def test_sizes_of_integers_as_the_protocol_lists_them(low, high, size):
     assert [len(frames.integer(low)), len(frames.integer(high))] == [size, size]
 

@@ -89,26 +89,22 @@ def test_the_dry_run_in_the_documentation(capsys, monkeypatch):
     assert run(capsys, *shown[1].split())[:2] == (0, shown[2])
 
 
-@pytest.mark.parametrize(
-    ("old", "new", "message"),
-    [
-        ('"^P8"', '"P2"', ": pin P2 is used for table.X step and for table.limit_plus input: choose"),
-        ("table.X", "table.W", ": no axis 'table.W': expected one of table.X, table.Y, table.Z"),
-        ('"!P4"', '"P 4"', "stand-in.axis.enable"),
-        ("watchdog_ms = 1000", "watchdog_ms = 2000", "watchdog_ms is too large (2000 ms): expected at most"),
-        ("table.limit_plus", "table.output2", "table.output2 is an output: expected an input of a controller"),
-        ('"table.output1"', '"table.input1"', "table.input1 is not an output that switches on and off"),
-        ('model = "if1"', 'model = "smartmotor"', "no axis 'table.X': expected one of table.shaft"),
-        ('step = "P2"', "", 'the key `step` is missing: expected a pin of the board, e.g. step = "PD2"'),
-        ('port = "BOARD"', "", 'expected port = "/dev/ttyACM0" or hal = "FILE.hal"'),
-        ('port = "BOARD"', 'port = "BOARD"\nhal = "x.hal"', 'expected port = "/dev/ttyACM0"'),
-        (
-            'port = "BOARD"',
-            'hal = "x.hal"',
-            "the key `step` is only for motion boards, but this axis is connected through LinuxCNC HAL: delete the key",
-        ),
-    ],
-)
+@pytest.mark.parametrize(("old", "new", "message"), [
+    ('"^P8"', '"P2"', ": pin P2 is used for table.X step and for table.limit_plus input: choose"),
+    ("table.X", "table.W", ": no axis 'table.W': expected one of table.X, table.Y, table.Z"),
+    ('"!P4"', '"P 4"', "stand-in.axis.enable"),
+    ("watchdog_ms = 1000", "watchdog_ms = 2000", "watchdog_ms is too large (2000 ms): expected at most"),
+    ("table.limit_plus", "table.output2", "table.output2 is an output: expected an input of a controller"),
+    ('"table.output1"', '"table.input1"', "table.input1 is not an output that switches on and off"),
+    ('model = "if1"', 'model = "smartmotor"', "no axis 'table.X': expected one of table.shaft"),
+    ('step = "P2"', "", 'the key `step` is missing: expected a pin of the board, e.g. step = "PD2"'),
+    ('port = "BOARD"', "", 'expected port = "/dev/ttyACM0" or hal = "FILE.hal"'),
+    ('port = "BOARD"', 'port = "BOARD"\nhal = "x.hal"', 'expected port = "/dev/ttyACM0"'),
+    (
+        'port = "BOARD"',
+        'hal = "x.hal"',
+        "the key `step` is only for motion boards, but this axis is connected through LinuxCNC HAL: delete the key",
+    )])  # fmt: skip
 def test_errors_in_the_scene_have_their_place(scene, capsys, old, new, message):
     code, out, err = run(capsys, "stand-in", scene(SCENE.replace(old, new)), "--dry-run")
     assert (code, out, err.count("\n")) == (1, "", 1)

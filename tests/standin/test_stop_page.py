@@ -91,10 +91,9 @@ def test_the_own_page_stops_from_each_of_its_addresses(page):
     assert len(page.stops) == 3
 
 
-@pytest.mark.parametrize(
-    ("name", "status"),
-    [("192.168.1.7", 200), ("[fe80::1]", 200), (socket.gethostname(), 200), ("localhost", 200), ("evil.example", 403)],
-)
+@pytest.mark.parametrize(("name", "status"), [
+    ("192.168.1.7", 200), ("[fe80::1]", 200), (socket.gethostname(), 200), ("localhost", 200), ("evil.example", 403)
+])  # fmt: skip
 def test_a_page_for_all_computers_is_found_by_address_and_by_the_name_of_this_computer(name, status):
     page = StopPage("0.0.0.0:0", dict, list)
     try:

@@ -19,9 +19,8 @@ def table(stops, others, hz=16e6):
     return Timetable(Wiring("board", (X,), tuple(inputs)), hz)
 
 
-@pytest.mark.parametrize(
-    ("stops", "period_us"), [(0, 128), (2, 128), (3, 128), (4, 160), (7, 256)], ids=lambda value: str(value)
-)
+@pytest.mark.parametrize(("stops", "period_us"), [
+    (0, 128), (2, 128), (3, 128), (4, 160), (7, 256)], ids=lambda value: str(value))  # fmt: skip
 def test_each_stop_input_is_read_once_in_a_period(stops, period_us):
     """512 ticks are 32 µs, and a period has at least four slots: one for each stop input and one for the rest."""
     found = table(stops, 1)

@@ -92,11 +92,9 @@ def test_a_link_of_the_playground_imports_no_host(study, tmp_path):
     assert not was_here(study)
 
 
-@pytest.mark.parametrize(
-    ("source", "reason"),
-    [("def other(): pass", "has no attribute"), ("host = 5", "not a function"), ("def host(", "SyntaxError"),
-     ("raise KeyError('x')", "KeyError: 'x'")],
-)  # fmt: skip
+@pytest.mark.parametrize(("source", "reason"), [
+    ("def other(): pass", "has no attribute"), ("host = 5", "not a function"), ("def host(", "SyntaxError"),
+    ("raise KeyError('x')", "KeyError: 'x'")])  # fmt: skip
 def test_a_host_that_cannot_be_imported_is_one_line_before_the_first_run(study, source, reason):
     pytest.importorskip("pyarrow", reason="the extra [traces] is not installed")
     (study.parent / "code_of_others.py").write_text(source)

@@ -189,22 +189,20 @@ def test_the_command(tmp_path):
     assert "low fails in 2 of 2 runs" in failing.err
 
 
-@pytest.mark.parametrize(
-    ("words", "told"),
-    [(["--vary", "seed"], "expected PATH=VALUES"), (["--vary", "seed=5..1"], "expected the lower value first"),
-     (["--vary", "table.Q.load=1"], "is not in the scene"),
-     (["--vary", "tabel.X.load.torque=1"], "did you mean 'table'?"),
-     (["--vary", "seed=1", "--program", "missing.talk"], "missing.talk cannot be read"),
-     (["--vary", "table.X.load.torqe=1"], "did you mean 'torque'?"),
-     (["--vary", "table.X.load.torque=-1"], "cannot set table.X.load.torque to -1"),
-     (["--vary", "seed=1", "--measure", "final table.X.lost"], "expected a name and an expression"),
-     (["--vary", "seed=1", "--measure", "a: final table.X.lots"], "did you mean 'table.X.lost'?"),
-     (["--vary", "seed=1", "--measure", "a: from table.inptu1 rises to table.input1 falls"], "scene: unknown pin"),
-     (["--vary", "seed=1", "--measure", "seed: final table.X.lost"], "a column with the name 'seed' exists already"),
-     (["--vary", "seed=1", "--vary", "seed=2"], "the setting seed is given twice"),
-     (["--vary", "seed=1", "--search", "5"], "needs a claim (a condition for each run): add e.g. --claim"),
-     (["--vary", "seed=1", "--out", "x.csv"], "ends in .parquet"), ([], "the sweep varies no value")],
-)  # fmt: skip
+@pytest.mark.parametrize(("words", "told"), [
+    (["--vary", "seed"], "expected PATH=VALUES"), (["--vary", "seed=5..1"], "expected the lower value first"),
+    (["--vary", "table.Q.load=1"], "is not in the scene"),
+    (["--vary", "tabel.X.load.torque=1"], "did you mean 'table'?"),
+    (["--vary", "seed=1", "--program", "missing.talk"], "missing.talk cannot be read"),
+    (["--vary", "table.X.load.torqe=1"], "did you mean 'torque'?"),
+    (["--vary", "table.X.load.torque=-1"], "cannot set table.X.load.torque to -1"),
+    (["--vary", "seed=1", "--measure", "final table.X.lost"], "expected a name and an expression"),
+    (["--vary", "seed=1", "--measure", "a: final table.X.lots"], "did you mean 'table.X.lost'?"),
+    (["--vary", "seed=1", "--measure", "a: from table.inptu1 rises to table.input1 falls"], "scene: unknown pin"),
+    (["--vary", "seed=1", "--measure", "seed: final table.X.lost"], "a column with the name 'seed' exists already"),
+    (["--vary", "seed=1", "--vary", "seed=2"], "the setting seed is given twice"),
+    (["--vary", "seed=1", "--search", "5"], "needs a claim (a condition for each run): add e.g. --claim"),
+    (["--vary", "seed=1", "--out", "x.csv"], "ends in .parquet"), ([], "the sweep varies no value")])  # fmt: skip
 def test_errors_are_reported_before_the_first_run(tmp_path, words, told):
     done = run("sweep", stepper(tmp_path), "--out", tmp_path / "x.parquet", *words)
     assert (done.code, done.out, len(done.err.splitlines())) == (2, "", 1)

@@ -13,17 +13,15 @@ def varied(scene, path, value):
     return Variation(Scene.load(scene), [path]).scene([value])
 
 
-@pytest.mark.parametrize(
-    ("path", "value", "place"),
-    [("table.X.load.torque", 0.3, ("controller", 0, "axes", "X", "load", "torque")),
-     ("X.load.torque", 0.3, ("controller", 0, "axes", "X", "load", "torque")),
-     ("table.X.limits.1", 99, ("controller", 0, "axes", "X", "limits", 1)),
-     ("table.X.motor.torque.0.1", 2.0, ("controller", 0, "axes", "X", "motor", "torque", 0, 1)),
-     ("table.Y.load.torque", 0.1, ("controller", 0, "axes", "Y", "load", "torque")),
-     ("table.wiring", "3-wire", ("controller", 0, "options", "wiring")), ("fault.crash.at", 2.0, ("fault", 0, "at")),
-     ("script.0.at", 3.0, ("script", 0, "at")), ("wire.0.delay_ms", 3.0, ("wire", 0, "delay_ms")),
-     ("seed", 5, ("seed",))],
-)  # fmt: skip
+@pytest.mark.parametrize(("path", "value", "place"), [
+    ("table.X.load.torque", 0.3, ("controller", 0, "axes", "X", "load", "torque")),
+    ("X.load.torque", 0.3, ("controller", 0, "axes", "X", "load", "torque")),
+    ("table.X.limits.1", 99, ("controller", 0, "axes", "X", "limits", 1)),
+    ("table.X.motor.torque.0.1", 2.0, ("controller", 0, "axes", "X", "motor", "torque", 0, 1)),
+    ("table.Y.load.torque", 0.1, ("controller", 0, "axes", "Y", "load", "torque")),
+    ("table.wiring", "3-wire", ("controller", 0, "options", "wiring")), ("fault.crash.at", 2.0, ("fault", 0, "at")),
+    ("script.0.at", 3.0, ("script", 0, "at")), ("wire.0.delay_ms", 3.0, ("wire", 0, "delay_ms")),
+    ("seed", 5, ("seed",))])  # fmt: skip
 def test_a_path_reaches_its_place(tmp_path, path, value, place):
     at = varied(stepper(tmp_path), path, value).data
     for key in place:
@@ -46,17 +44,15 @@ def test_numbers_of_a_program_and_variables_of_a_motor(tmp_path):
     assert replaced.build()["knife"].axes["shaft"].supply_v == 30.0
 
 
-@pytest.mark.parametrize(
-    ("path", "told"),
-    [("table.X.lod.torque", "did you mean 'load'?"), ("tabel", "is not in the scene"),
-     ("table.limits.5", "invalid index 5 in table.limits.5: the setting is not a list"),
-     ("table.X.limits.5", "expected an index below 2, the length of the list"),
-     ("table.X.home.0", "invalid index 0 in table.X.home.0: the setting is not a list"),
-     ("fault.cash.at", "did you mean 'crash'?"), ("fault.crash", "expected e.g. fault.NAME.parameter"),
-     ("fault.crash.kind", "a sweep cannot vary the setting fault.crash.kind: "),
-     ("script.1.at", "expected an index below 1, the number of [[script]] tables"),
-     ("wire.0.from", "a sweep cannot vary the setting wire.0.from: ")],
-)  # fmt: skip
+@pytest.mark.parametrize(("path", "told"), [
+    ("table.X.lod.torque", "did you mean 'load'?"), ("tabel", "is not in the scene"),
+    ("table.limits.5", "invalid index 5 in table.limits.5: the setting is not a list"),
+    ("table.X.limits.5", "expected an index below 2, the length of the list"),
+    ("table.X.home.0", "invalid index 0 in table.X.home.0: the setting is not a list"),
+    ("fault.cash.at", "did you mean 'crash'?"), ("fault.crash", "expected e.g. fault.NAME.parameter"),
+    ("fault.crash.kind", "a sweep cannot vary the setting fault.crash.kind: "),
+    ("script.1.at", "expected an index below 1, the number of [[script]] tables"),
+    ("wire.0.from", "a sweep cannot vary the setting wire.0.from: ")])  # fmt: skip
 def test_a_path_that_is_not_in_the_scene_is_refused(tmp_path, path, told):
     with pytest.raises(AxistwinError) as error:
         Variation(Scene.load(stepper(tmp_path)), [path])

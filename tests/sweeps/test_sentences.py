@@ -37,23 +37,19 @@ RECORD = Record(
 )
 
 
-@pytest.mark.parametrize(
-    ("sentence", "value"),
-    [("final x", 2), ("max x", 4), ("min x", -6), ("max |x|", 6), ("mean x", (4 - 12 + 10) / 10), ("integral x", 2),
-     ("rms x", ((16 + 72 + 20) / 10) ** 0.5), ("max x while y high", 2), ("min x while y high and x < 0", -6),
-     ("integral x while y low", 4 - 6 + 4), ("from t.o rises to t.o falls", 2),
-     ("from t.o rises to t.o falls last", 4), ("from t.o rises to t.o falls each", [2, 4]),
-     ("from t.o rises to t.o rises each", [3, 1]), ("count t.o rises", 3), ("count t.i rises", 0)],
-)  # fmt: skip
+@pytest.mark.parametrize(("sentence", "value"), [
+    ("final x", 2), ("max x", 4), ("min x", -6), ("max |x|", 6), ("mean x", (4 - 12 + 10) / 10), ("integral x", 2),
+    ("rms x", ((16 + 72 + 20) / 10) ** 0.5), ("max x while y high", 2), ("min x while y high and x < 0", -6),
+    ("integral x while y low", 4 - 6 + 4), ("from t.o rises to t.o falls", 2),
+    ("from t.o rises to t.o falls last", 4), ("from t.o rises to t.o falls each", [2, 4]),
+    ("from t.o rises to t.o rises each", [3, 1]), ("count t.o rises", 3), ("count t.i rises", 0)])  # fmt: skip
 def test_measures(sentence, value):
     assert measure(sentence).answer(RECORD).value == pytest.approx(value)
 
 
-@pytest.mark.parametrize(
-    ("sentence", "reason"),
-    [("from t.i rises to t.o falls", "no event 't.i rises'"), ("from t.o falls to t.i rises", "no event 't.i rises'"),
-     ("max x while x > 100", "never x > 100")],
-)  # fmt: skip
+@pytest.mark.parametrize(("sentence", "reason"), [
+    ("from t.i rises to t.o falls", "no event 't.i rises'"), ("from t.o falls to t.i rises", "no event 't.i rises'"),
+    ("max x while x > 100", "never x > 100")])  # fmt: skip
 def test_a_measure_without_its_event_has_a_reason(sentence, reason):
     found = measure(sentence).answer(RECORD)
     assert (found.value, found.reason) == (None, reason)
@@ -62,23 +58,21 @@ def test_a_measure_without_its_event_has_a_reason(sentence, reason):
 INF = float("inf")
 
 
-@pytest.mark.parametrize(
-    ("sentence", "holds", "robustness", "at_s"),
-    [("always x < 5", True, 1, None), ("always x < 4", False, 0, 2), ("always x <= 4", True, 0, None),
-     ("always x > 0 while y high", False, -6, 4), ("always not x > 4", True, 0, None), ("never x > 3", False, -1, 2),
-     ("always (x < 1 or y low) and |x| < 7", False, -1, 5), ("eventually x = 4", True, 0, None),
-     ("eventually x > 3 within 1 s", False, -3, 1), ("eventually x > 3 within 2 s", True, 1, None),
-     ("eventually y high within 3.5 s", False, -INF, 3.5), ("always within 1 s after t.o rises: x > 1", True, 1, None),
-     ("always within 1 s after t.o falls: x > 1", False, -6 - 1, 4),
-     ("always for 1 s after t.o rises: x >= 0", False, -6, 4), ("x >= 0 until x >= 4", True, 0, None),
-     ("x >= 0 until x > 4", False, 0, 3), ("x > -9 until y high within 3 s", False, -INF, 3),
-     ("never t.i rises", True, INF, None), ("never t.o falls", False, -INF, 3),
-     ("never t.o falls while y high", True, 0, None), ("never t.o rises while y high", False, -1, 4),
-     ("never t.o falls while x > 3", True, 0, None), ("never t.o rises while x > 3", True, 1, None),
-     ("never t.o falls while x > 0 and x < 3", False, -3, 8), ("never t.X passes 5", False, -4, 2),
-     ("never t.X passes 5 while x < 0", True, 4, None), ("never t.X passes 12 while x < 0", True, 3, None),
-     ("max |x| <= 6.5", True, 0.5, None), ("from t.o rises to t.o falls each < 3", False, -1, 10)],
-)  # fmt: skip
+@pytest.mark.parametrize(("sentence", "holds", "robustness", "at_s"), [
+    ("always x < 5", True, 1, None), ("always x < 4", False, 0, 2), ("always x <= 4", True, 0, None),
+    ("always x > 0 while y high", False, -6, 4), ("always not x > 4", True, 0, None), ("never x > 3", False, -1, 2),
+    ("always (x < 1 or y low) and |x| < 7", False, -1, 5), ("eventually x = 4", True, 0, None),
+    ("eventually x > 3 within 1 s", False, -3, 1), ("eventually x > 3 within 2 s", True, 1, None),
+    ("eventually y high within 3.5 s", False, -INF, 3.5), ("always within 1 s after t.o rises: x > 1", True, 1, None),
+    ("always within 1 s after t.o falls: x > 1", False, -6 - 1, 4),
+    ("always for 1 s after t.o rises: x >= 0", False, -6, 4), ("x >= 0 until x >= 4", True, 0, None),
+    ("x >= 0 until x > 4", False, 0, 3), ("x > -9 until y high within 3 s", False, -INF, 3),
+    ("never t.i rises", True, INF, None), ("never t.o falls", False, -INF, 3),
+    ("never t.o falls while y high", True, 0, None), ("never t.o rises while y high", False, -1, 4),
+    ("never t.o falls while x > 3", True, 0, None), ("never t.o rises while x > 3", True, 1, None),
+    ("never t.o falls while x > 0 and x < 3", False, -3, 8), ("never t.X passes 5", False, -4, 2),
+    ("never t.X passes 5 while x < 0", True, 4, None), ("never t.X passes 12 while x < 0", True, 3, None),
+    ("max |x| <= 6.5", True, 0.5, None), ("from t.o rises to t.o falls each < 3", False, -1, 10)])  # fmt: skip
 def test_claims(sentence, holds, robustness, at_s):
     found = claim(sentence).answer(RECORD)
     assert (found.holds, found.robustness) == (holds, pytest.approx(robustness))
@@ -130,15 +124,13 @@ def test_every_example_is_read_by_its_form(form):
     assert read(form.example).text == form.example
 
 
-@pytest.mark.parametrize(
-    ("read", "text", "told"),
-    [(measure, "finl x", "invalid measure"), (measure, "final |x", "invalid signal"),
-     (measure, "max x while y", "invalid condition"), (measure, "count t.o goes", "invalid event"),
-     (measure, "from t.o rises", "expected two events with 'to' between them"),
-     (claim, "sometimes x > 1", "invalid claim"), (claim, "always x >", "invalid condition"),
-     (claim, "always (x > 1", "invalid condition"), (claim, "always x > y", "is not a number"),
-     (claim, "never t.X passes high", "expected a number, e.g. 1000 in 'table.X passes 1000'")],
-)  # fmt: skip
+@pytest.mark.parametrize(("read", "text", "told"), [
+    (measure, "finl x", "invalid measure"), (measure, "final |x", "invalid signal"),
+    (measure, "max x while y", "invalid condition"), (measure, "count t.o goes", "invalid event"),
+    (measure, "from t.o rises", "expected two events with 'to' between them"),
+    (claim, "sometimes x > 1", "invalid claim"), (claim, "always x >", "invalid condition"),
+    (claim, "always (x > 1", "invalid condition"), (claim, "always x > y", "is not a number"),
+    (claim, "never t.X passes high", "expected a number, e.g. 1000 in 'table.X passes 1000'")])  # fmt: skip
 def test_sentences_that_cannot_be_read_are_refused(read, text, told):
     with pytest.raises(AxistwinError) as error:
         read(text)

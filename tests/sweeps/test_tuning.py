@@ -65,16 +65,15 @@ def test_the_command_prints_lines_for_the_program_and_draws_the_study(tmp_path):
     assert (drawn.code, "delivered" in (tmp_path / "g.svg").read_text()) == (0, True)
 
 
-@pytest.mark.parametrize(
-    ("words", "told"),
-    [(["--minimise", "max table.X.position"], "the search has no value to change"),
-     ([*WORDS], "expected --minimise or --maximise"), ([*WORDS, "--minimise", "max table.X.positon"], "did you mean"),
-     ([*WORDS, "--minimise", "max table.X.position", "--change", "table.X.load.torque=1..2"], "twice"),
-     (["--change", "seed=normal(1, 2)", "--minimise", "count table.input1 rises"], "expected a range or a list"),
-     ([*WORDS, "--minimise", "max table.X.position", "--out", "gains.txt"], "ends in .db"),
-     ([*WORDS, "--minimise", "max table.X.position", "--out", "nowhere/gains.db"], "cannot write the study"),
-     ([*WORDS, "--minimise", "max table.X.position", "--subject-to", "low"], "expected a name and an expression")],
-)  # fmt: skip
+@pytest.mark.parametrize(("words", "told"), [
+    (["--minimise", "max table.X.position"], "the search has no value to change"),
+    ([*WORDS], "expected --minimise or --maximise"), ([*WORDS, "--minimise", "max table.X.positon"], "did you mean"),
+    ([*WORDS, "--minimise", "max table.X.position", "--change", "table.X.load.torque=1..2"], "twice"),
+    (["--change", "seed=normal(1, 2)", "--minimise", "count table.input1 rises"], "expected a range or a list"),
+    ([*WORDS, "--minimise", "max table.X.position", "--out", "gains.txt"], "ends in .db"),
+    ([*WORDS, "--minimise", "max table.X.position", "--out", "nowhere/gains.db"], "cannot write the study"),
+    ([*WORDS, "--minimise", "max table.X.position", "--subject-to", "low"], "expected a name and an expression")
+])  # fmt: skip
 def test_errors_are_reported_before_the_first_run(tmp_path, words, told):
     done = run("tune", stepper(tmp_path), "--out", tmp_path / "x.db", *words)
     assert (done.code, done.out, len(done.err.splitlines())) == (2, "", 1)

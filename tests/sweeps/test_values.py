@@ -8,36 +8,31 @@ from axistwin.sweeps import points, read_values
 from ..told import raises
 
 
-@pytest.mark.parametrize(
-    ("text", "listed"),
-    [("0..3", [0, 1, 2, 3]), ("-1..1", [-1, 0, 1]), ("0..10:3", [0, 5, 10]), ("0..1:3", [0.0, 0.5, 1.0]),
-     ("0.5..2:4", [0.5, 1.0, 1.5, 2.0]), ("1..100:3:log", [1.0, 10.0, 100.0]), ("[1, 2.5]", [1, 2.5]),
-     ('["frame17", "frame23"]', ["frame17", "frame23"]), ("frame17", ["frame17"]), ("7", [7]), ("true", [True]),
-     ("normal(1, 0.1)", []), ("0.1..0.2", [])],
-)  # fmt: skip
+@pytest.mark.parametrize(("text", "listed"), [
+    ("0..3", [0, 1, 2, 3]), ("-1..1", [-1, 0, 1]), ("0..10:3", [0, 5, 10]), ("0..1:3", [0.0, 0.5, 1.0]),
+    ("0.5..2:4", [0.5, 1.0, 1.5, 2.0]), ("1..100:3:log", [1.0, 10.0, 100.0]), ("[1, 2.5]", [1, 2.5]),
+    ('["frame17", "frame23"]', ["frame17", "frame23"]), ("frame17", ["frame17"]), ("7", [7]), ("true", [True]),
+    ("normal(1, 0.1)", []), ("0.1..0.2", [])])  # fmt: skip
 def test_listed_values(text, listed):
     assert list(read_values(text).listed) == pytest.approx(listed)
 
 
-@pytest.mark.parametrize(
-    ("text", "fraction", "value"),
-    [("normal(5, 2)", 0.5, 5.0), ("normal(0, 1)", 0.8413447460685429, 1.0), ("uniform(2, 4)", 0.25, 2.5),
-     ("triangular(0, 1, 3)", 1 / 3, 1.0), ("triangular(0, 0, 2)", 0.75, 1.0), ("0..9", 0.999, 9), ("0..9", 0.0, 0),
-     ("1..10000:log", 0.5, 100), ("1.0..100.0:log", 0.5, 10.0), ("[3, 1]", 0.5, 1)],
-)  # fmt: skip
+@pytest.mark.parametrize(("text", "fraction", "value"), [
+    ("normal(5, 2)", 0.5, 5.0), ("normal(0, 1)", 0.8413447460685429, 1.0), ("uniform(2, 4)", 0.25, 2.5),
+    ("triangular(0, 1, 3)", 1 / 3, 1.0), ("triangular(0, 0, 2)", 0.75, 1.0), ("0..9", 0.999, 9), ("0..9", 0.0, 0),
+    ("1..10000:log", 0.5, 100), ("1.0..100.0:log", 0.5, 10.0), ("[3, 1]", 0.5, 1)])  # fmt: skip
 def test_drawn_values(text, fraction, value):
     assert read_values(text).at(fraction) == pytest.approx(value)
 
 
-@pytest.mark.parametrize(
-    ("text", "told"),
-    [("5..1", "invalid range 5..1: expected the lower value first, e.g. 1..5"),
-     ("1..1", "expected the lower value first"), ("0..1:1", "expected 2 to"),
-     ("0..5:3:log", "expected a lower limit above 0"), ("0..9999999", "expected at most"), ("1..b", "invalid range"),
-     ("[]", "the list of values is empty"), ("[1,", "invalid value"),
-     ("gauss(1, 2)", "expected one of normal, uniform, triangular"), ("normal(1)", "expected normal(mean, deviation)"),
-     ("normal(1, 0)", "above 0"), ("uniform(2, 1)", "low below high"), ("triangular(0, 5, 3)", "in this order")],
-)  # fmt: skip
+@pytest.mark.parametrize(("text", "told"), [
+    ("5..1", "invalid range 5..1: expected the lower value first, e.g. 1..5"),
+    ("1..1", "expected the lower value first"), ("0..1:1", "expected 2 to"),
+    ("0..5:3:log", "expected a lower limit above 0"), ("0..9999999", "expected at most"), ("1..b", "invalid range"),
+    ("[]", "the list of values is empty"), ("[1,", "invalid value"),
+    ("gauss(1, 2)", "expected one of normal, uniform, triangular"), ("normal(1)", "expected normal(mean, deviation)"),
+    ("normal(1, 0)", "above 0"), ("uniform(2, 1)", "low below high"), ("triangular(0, 5, 3)", "in this order")
+])  # fmt: skip
 def test_refused_values(text, told):
     with pytest.raises(AxistwinError) as error:
         read_values(text)

@@ -36,12 +36,11 @@ class Learner:
         return comments, answers
 
 
-@pytest.mark.parametrize(
-    ("model", "line", "comment"),
-    [("if1", "x100", "refused: unknown character 'x'"), ("if1", "X100", "nothing moves without $"),
-     ("if1", "S2", "note: without $ at its end this message starts nothing"),
-     ("1811", "33 00 00 61 A8", "refused: ignored: 31"), ("smartmotor", "FOO", "refused: unknown command FOO")],
-)  # fmt: skip
+@pytest.mark.parametrize(("model", "line", "comment"), [
+    ("if1", "x100", "refused: unknown character 'x'"), ("if1", "X100", "nothing moves without $"),
+    ("if1", "S2", "note: without $ at its end this message starts nothing"),
+    ("1811", "33 00 00 61 A8", "refused: ignored: 31"), ("smartmotor", "FOO", "refused: unknown command FOO")
+])  # fmt: skip
 def test_comments_about_a_line(model, line, comment):
     learner = Learner(model).initialise()
     comments, _ = learner.type(line)
@@ -50,15 +49,13 @@ def test_comments_about_a_line(model, line, comment):
     assert len(learner.type(line)[0]) == 1, "the explanation of a code is given once"
 
 
-@pytest.mark.parametrize(
-    ("model", "lines", "answer"),
-    [("if1", ["x", "F"], "8 data fault"), ("if1", ["K"], "at rest, no fault"), ("if1", ["Q"], "0: at rest"),
-     ("if1", ["E"], "clear for new commands"), ("if1", ["I"], "no current flows in 8 input1, 64 input2, 128 input3"),
-     ("if1", ["X40$", "N"], "steps since the last index or run began: 40 steps"),
-     ("1811", ["88"], "HOME home switch active"), ("smartmotor", ["RP"], "position: 0 counts"),
-     ("smartmotor", ["RBo"], "motor off: yes"), ("smartmotor", ["RTEMP"], "temperature: 25 °C"),
-     ("smartmotor", ["RCLK"], "sample counter")],
-)  # fmt: skip
+@pytest.mark.parametrize(("model", "lines", "answer"), [
+    ("if1", ["x", "F"], "8 data fault"), ("if1", ["K"], "at rest, no fault"), ("if1", ["Q"], "0: at rest"),
+    ("if1", ["E"], "clear for new commands"), ("if1", ["I"], "no current flows in 8 input1, 64 input2, 128 input3"),
+    ("if1", ["X40$", "N"], "steps since the last index or run began: 40 steps"),
+    ("1811", ["88"], "HOME home switch active"), ("smartmotor", ["RP"], "position: 0 counts"),
+    ("smartmotor", ["RBo"], "motor off: yes"), ("smartmotor", ["RTEMP"], "temperature: 25 °C"),
+    ("smartmotor", ["RCLK"], "sample counter")])  # fmt: skip
 def test_comments_about_an_answer(model, lines, answer):
     learner = Learner(model).initialise()
     assert [learner.type(line) for line in lines][-1][1][0].startswith(answer)
@@ -90,12 +87,10 @@ def test_why_nothing_moves_in_an_if1():
     assert first_reason(learner).startswith("the power is off")
 
 
-@pytest.mark.parametrize(
-    ("line", "driven", "reason"),
-    [("H13X300$", (), "the move waits for input1 high"), ("H13X300$", ("input1",), "the move waits for input3 high"),
-     (":X10:H2L1X20:=0,1:$", ("input1",), "step 2 of the sequence waits for input2 high"),
-     (":X10:H2L1X20:=0,1:$", ("input1", "input2"), "step 2 of the sequence waits for input1 low")],
-)  # fmt: skip
+@pytest.mark.parametrize(("line", "driven", "reason"), [
+    ("H13X300$", (), "the move waits for input1 high"), ("H13X300$", ("input1",), "the move waits for input3 high"),
+    (":X10:H2L1X20:=0,1:$", ("input1",), "step 2 of the sequence waits for input2 high"),
+    (":X10:H2L1X20:=0,1:$", ("input1", "input2"), "step 2 of the sequence waits for input1 low")])  # fmt: skip
 def test_an_if1_tells_the_input_for_which_it_waits(line, driven, reason):
     learner = Learner("if1").initialise()
     for name in driven:
@@ -164,20 +159,18 @@ def test_every_suggestion_is_accepted(model):
         assert learner.type(line)[0] == [], line
 
 
-@pytest.mark.parametrize(
-    ("model", "words", "meaning"),
-    [("smartmotor", "1670", "    512  Bp  plus limit"), ("if1", "8", "answer to F: 8 data fault"),
-     ("if1", "X100@300$", "@  speed data"),
-     ("if1", "K", "answer: 0 at rest, no fault; or the sum of 1 in motion; 2 at programmed speed"),
-     ("if1", "F", "answer: 0 no communication fault; or the sum of 1 parity fault"),
-     ("if1", "I", "without current: 1 estop"), ("if1", "E", "answer: C clear"),
-     ("if1", "U61", "U61: 8 data bits, no parity, 2 stop bits"),
-     ("if1", "U16", "U16: 7 data bits, even parity, 1 stop bit, echo"), ("if1", ":X400:=2,1:$", "0: endlessly"),
-     ("if1", "dp301", "The highest speeds of the speed ranges"), ("if1", "estop", "estop: emergency stop, now high"),
-     ("if1", "12345678", "no meaning known for '12345678'"),
-     ("1811", "83 00 00 00 00 61 A8", "  00 00 00 00 61 A8: position 25000 pulses"),
-     ("1811", "go_relatve", "did you mean go_relative"), ("1811", "31", "31  default velocity and acceleration"),
-     ("smartmotor", "GOSUB5", "GOSUBn  call subroutine"), ("smartmotor", "A=100 G", "G  go")],
-)  # fmt: skip
+@pytest.mark.parametrize(("model", "words", "meaning"), [
+    ("smartmotor", "1670", "    512  Bp  plus limit"), ("if1", "8", "answer to F: 8 data fault"),
+    ("if1", "X100@300$", "@  speed data"),
+    ("if1", "K", "answer: 0 at rest, no fault; or the sum of 1 in motion; 2 at programmed speed"),
+    ("if1", "F", "answer: 0 no communication fault; or the sum of 1 parity fault"),
+    ("if1", "I", "without current: 1 estop"), ("if1", "E", "answer: C clear"),
+    ("if1", "U61", "U61: 8 data bits, no parity, 2 stop bits"),
+    ("if1", "U16", "U16: 7 data bits, even parity, 1 stop bit, echo"), ("if1", ":X400:=2,1:$", "0: endlessly"),
+    ("if1", "dp301", "The highest speeds of the speed ranges"), ("if1", "estop", "estop: emergency stop, now high"),
+    ("if1", "12345678", "no meaning known for '12345678'"),
+    ("1811", "83 00 00 00 00 61 A8", "  00 00 00 00 61 A8: position 25000 pulses"),
+    ("1811", "go_relatve", "did you mean go_relative"), ("1811", "31", "31  default velocity and acceleration"),
+    ("smartmotor", "GOSUB5", "GOSUBn  call subroutine"), ("smartmotor", "A=100 G", "G  go")])  # fmt: skip
 def test_explanations(model, words, meaning):
     assert any(meaning in line for line in Learner(model).initialise().tutor.explain(words))

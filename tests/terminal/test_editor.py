@@ -42,12 +42,10 @@ def completed(model: str, text: str, *, asked: bool = False) -> list[str]:
     return [found.text for found in words.get_completions(Document(text), CompleteEvent(completion_requested=asked))]
 
 
-@pytest.mark.parametrize(
-    ("model", "text", "asked", "words"),
-    [("if1", ":ex", False, [":explain"]), ("if1", ":X100", False, []),
-     ("1811", "go_r", False, ["go_relative", "go_relative_encoder"]), ("smartmotor", "A=100 RTE", False, ["RTEMP"]),
-     ("smartmotor", "", False, [])],
-)  # fmt: skip
+@pytest.mark.parametrize(("model", "text", "asked", "words"), [
+    ("if1", ":ex", False, [":explain"]), ("if1", ":X100", False, []),
+    ("1811", "go_r", False, ["go_relative", "go_relative_encoder"]), ("smartmotor", "A=100 RTE", False, ["RTEMP"]),
+    ("smartmotor", "", False, [])])  # fmt: skip
 def test_completions(model, text, asked, words):
     assert completed(model, text, asked=asked) == words
 

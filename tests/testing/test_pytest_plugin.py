@@ -148,14 +148,12 @@ def test_teardown(broken):
     assert all(path.exists() for path in named)
 
 
-@pytest.mark.parametrize(
-    ("marker", "message"),
-    [("", 'expected a model or a scene, e.g. @pytest.mark.axistwin("if1")'),
-     ('@pytest.mark.axistwin("if1", "if2")\n',
-      "invalid marker `axistwin` of the test test_it.py::test_it: expected a model or a scene"),
-     ('@pytest.mark.axistwin(scene={"controller": [{"model": "if9"}]})\n', "no model 'if9'")],
-    ids=["no marker", "two models", "an error in the scene"],
-)  # fmt: skip
+@pytest.mark.parametrize(("marker", "message"), [
+    ("", 'expected a model or a scene, e.g. @pytest.mark.axistwin("if1")'),
+    ('@pytest.mark.axistwin("if1", "if2")\n',
+     "invalid marker `axistwin` of the test test_it.py::test_it: expected a model or a scene"),
+    ('@pytest.mark.axistwin(scene={"controller": [{"model": "if9"}]})\n', "no model 'if9'")
+], ids=["no marker", "two models", "an error in the scene"])  # fmt: skip
 def test_an_invalid_marker_is_an_error(run, marker, message):
     code, told = run(f"{marker}def test_it(axistwin_port): pass")
     assert code == 1

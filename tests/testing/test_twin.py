@@ -235,15 +235,14 @@ def test_a_bug_in_the_bench_is_raised(twin):
     raises(ZeroDivisionError, "", twin.do, bug)
 
 
-@pytest.mark.parametrize(
-    ("what", "options", "words"),
-    [({"controller": [{"model": "if9"}]}, {}, "no model 'if9'"),
-     ({"controller": [{"model": object()}]}, {}, "is not allowed in a scene"), ("if9", {}, "no model 'if9'"),
-     ("if1", {"scheme": "udp"}, "invalid kind of port 'udp': expected one of tcp, rfc2217, pty"),
-     ("if1", {"fixed_ports": True}, "expected a scene that defines ports"),
-     ({"controller": [{"model": "if1"}]}, {"fixed_ports": True}, "expected a scene that defines ports"),
-     ("if1", {"speed": "fast"}, r"invalid speed 'fast': expected a number, \"max\" or \"manual\", e\.g\. 1\.0$")],
-)  # fmt: skip
+@pytest.mark.parametrize(("what", "options", "words"), [
+    ({"controller": [{"model": "if9"}]}, {}, "no model 'if9'"),
+    ({"controller": [{"model": object()}]}, {}, "is not allowed in a scene"), ("if9", {}, "no model 'if9'"),
+    ("if1", {"scheme": "udp"}, "invalid kind of port 'udp': expected one of tcp, rfc2217, pty"),
+    ("if1", {"fixed_ports": True}, "expected a scene that defines ports"),
+    ({"controller": [{"model": "if1"}]}, {"fixed_ports": True}, "expected a scene that defines ports"),
+    ("if1", {"speed": "fast"}, r"invalid speed 'fast': expected a number, \"max\" or \"manual\", e\.g\. 1\.0$")
+])  # fmt: skip
 def test_invalid_arguments_of_serve(what, options, words):
     with pytest.raises(axistwin.AxistwinError, match=words) as raised:
         axistwin.serve(what, **options)
@@ -267,21 +266,18 @@ def test_a_closed_twin_refuses_calls():
     raises(UsageError, "the controllers are closed", twin.advance, 1)
 
 
-@pytest.mark.parametrize(
-    "use",
-    [lambda twin: twin.clock, lambda twin: twin.advance(1), lambda twin: twin.do(int), lambda twin: twin.call(int)],
-)
+@pytest.mark.parametrize("use", [
+    lambda twin: twin.clock, lambda twin: twin.advance(1), lambda twin: twin.do(int), lambda twin: twin.call(int)
+])  # fmt: skip
 def test_a_twin_outside_its_block_refuses_calls(use):
     raises(UsageError, "are not open: use a `with` block", use, axistwin.serve("if1", speed="manual"))
 
 
-@pytest.mark.parametrize(
-    ("changed", "words"),
-    [({"nmae": "left"}, r"the scene, controller\[1\]\.nmae: unknown key 'nmae': did you mean 'name'\?"),
-     ({"axes": {"X": {"limits": [5, 0]}}},
-      r"the scene, controller\[1\]\.axes\.X\.limits: .*expected the lower position"),
-     ({"ports": ["tcp:nowhere"]}, r"the scene, controller\[1\]\.ports\[0\]: invalid address")],
-)  # fmt: skip
+@pytest.mark.parametrize(("changed", "words"), [
+    ({"nmae": "left"}, r"the scene, controller\[1\]\.nmae: unknown key 'nmae': did you mean 'name'\?"),
+    ({"axes": {"X": {"limits": [5, 0]}}},
+     r"the scene, controller\[1\]\.axes\.X\.limits: .*expected the lower position"),
+    ({"ports": ["tcp:nowhere"]}, r"the scene, controller\[1\]\.ports\[0\]: invalid address")])  # fmt: skip
 def test_errors_of_a_scene_in_a_dict_have_their_keys(changed, words):
     with pytest.raises(axistwin.AxistwinError, match=f"^{words}"):
         axistwin.serve({"controller": [{"model": "1811"}, {"model": "if1", **changed}]})

@@ -441,16 +441,14 @@ def test_other_files_are_rejected(tmp_path, name, data):
     raises(TraceError, "", read, tmp_path / name)
 
 
-@pytest.mark.parametrize(
-    ("kind", "old", "new", "message"),
-    [("csv", "0,if1.input1,0\n", "99999999999999999999,if1.input1,0\n", "invalid change"),
-     ("csv", "0,if1.X.pulses,0\n", "0,if1.X.pulses,99999999999999999999\n", "invalid change"),
-     ("csv", "# end_ns: ", "# end_ns: x", "invalid time"),
-     ("csv", "if1.input1", "if1.\udce4", "is not a trace: expected text in UTF-8"),
-     ("vcd", "\n#0\n", "\n#abc\n", "invalid time"), ("vcd", "\n#0\n", "\n#99999999999999999999\n", "invalid time"),
-     ("vcd", "$timescale 1 ns", "$timescale 10 ps", "unsupported time scale 10 ps in .*: expected 1 ns"),
-     ("vcd", "\nb0 ", "\nbx ", "invalid change")],
-)  # fmt: skip
+@pytest.mark.parametrize(("kind", "old", "new", "message"), [
+    ("csv", "0,if1.input1,0\n", "99999999999999999999,if1.input1,0\n", "invalid change"),
+    ("csv", "0,if1.X.pulses,0\n", "0,if1.X.pulses,99999999999999999999\n", "invalid change"),
+    ("csv", "# end_ns: ", "# end_ns: x", "invalid time"),
+    ("csv", "if1.input1", "if1.\udce4", "is not a trace: expected text in UTF-8"),
+    ("vcd", "\n#0\n", "\n#abc\n", "invalid time"), ("vcd", "\n#0\n", "\n#99999999999999999999\n", "invalid time"),
+    ("vcd", "$timescale 1 ns", "$timescale 10 ps", "unsupported time scale 10 ps in .*: expected 1 ns"),
+    ("vcd", "\nb0 ", "\nbx ", "invalid change")])  # fmt: skip
 def test_a_damaged_trace_is_rejected(tmp_path, traces, kind, old, new, message):
     text = traces[kind].path.read_text(encoding="utf-8")
     assert old in text
