@@ -191,10 +191,7 @@ class Builder:
                 ("wire", number, "from"),
             )
         if self._pin(to, ("wire", number, "to")).is_output:
-            raise self.source.error(
-                f"{to} is an output: expected a wire that ends at an input",
-                ("wire", number, "to"),
-            )
+            raise self.source.error(f"{to} is an output: expected a wire that ends at an input", ("wire", number, "to"))
 
     def _add_shared_lines(self) -> None:
         for kind, name, line, path in shared_lines(self.contents):

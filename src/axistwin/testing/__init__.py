@@ -7,9 +7,6 @@ from axistwin.core.lazy import lazy
 if TYPE_CHECKING:
     from axistwin.testing.twin import Twin, serve
 else:
-    __getattr__ = lazy(
-        __name__,
-        twin="Twin serve",
-    )
+    __getattr__ = lazy(__name__, twin="Twin serve")
 
 __all__ = ["Twin", "serve"]

@@ -121,11 +121,7 @@ class ServoMoves:
                 move.top_rate = max(move.top_rate, fastest * S / (WINDOW * samples.period_ns))
 
     def _spans(
-        self,
-        samples: Samples,
-        times: "NDArray[np.int64]",
-        trajectory: "NDArray[np.int64]",
-        active: "NDArray[np.int64]",
+        self, samples: Samples, times: "NDArray[np.int64]", trajectory: "NDArray[np.int64]", active: "NDArray[np.int64]"
     ) -> "Iterator[tuple[int, int, bool]]":
         """Yield each time span in which the servo axis moves in one direction.
 
