@@ -35,8 +35,7 @@ class Characters:
         text = "".join([_SHOWN[byte] for byte in data])
         middle = text.strip(" ")
         before = len(text) - len(text.lstrip(" "))
-        after = len(text) - len(middle) - before
-        return _BLANK * before + middle + _BLANK * after
+        return _BLANK * before + middle + _BLANK * (len(text) - len(middle) - before)
 
     def read(self, text: str) -> bytes:
         out = bytearray()

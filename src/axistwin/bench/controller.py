@@ -146,9 +146,7 @@ class Controller:
         """Return the level of the terminal or the value of the register `source`; None without power."""
         if not self.powered:
             return None
-        if source in self.terminals:
-            return self.terminals[source].level
-        return self.registers[source].read()
+        return self.terminals[source].level if source in self.terminals else self.registers[source].read()
 
     @property
     def programs(self) -> Mapping[str, Listing]:

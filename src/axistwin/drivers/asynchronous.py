@@ -133,8 +133,7 @@ async def open_port(url: str, core: Core, baud: int | None) -> Port:
         except (OSError, ValueError) as error:
             raise PortError(cannot_open(url, error)) from None
     thread = ThreadPoolExecutor(1, "axistwin-port")
-    port = await asyncio.get_running_loop().run_in_executor(thread, SerialPort, url, core, baud)
-    return ThreadPort(port, thread)
+    return ThreadPort(await asyncio.get_running_loop().run_in_executor(thread, SerialPort, url, core, baud), thread)
 
 
 class AsyncController:

@@ -214,8 +214,7 @@ class Board(Core):
         yield from self._send_command(opcode, *parameters)
         end = (yield Clock()) + self.timeout
         while True:
-            status = self._bytes((yield from self._ask("r 1")), 1)[0]
-            if status & MESSAGE:
+            if self._bytes((yield from self._ask("r 1")), 1)[0] & MESSAGE:
                 message = yield from self._message()
                 if message[0] == opcode:
                     self._owes = False

@@ -160,8 +160,7 @@ class Motor(AxisCore):
             position = yield from self._position()
             moving = bool(bits & 0x10)
             if not moving:  # A position is exact only if the motor is at rest before and after the position is read.
-                again = yield from self._bits()
-                moving = bool(again & 0x10)
+                moving = bool((yield from self._bits()) & 0x10)
             velocity = (yield from self._velocity()) if moving else 0.0
             moving = yield from self._pending(moving, position)
         except FailedError:

@@ -148,8 +148,7 @@ class IF1(Core):
         if self._known:
             yield from self._poll()
             return
-        bits = yield from self._motion()
-        if bits & MOVING:
+        if (yield from self._motion()) & MOVING:
             self._lose("XYZ", "the IF1 was moving when the driver connected")
         else:
             yield from self._configure()
@@ -157,8 +156,7 @@ class IF1(Core):
         self._known = True
 
     def _configure(self) -> Procedure[None]:
-        acceleration = max(axis.acceleration for axis in self.axes.values())
-        yield from self._set_ramp(acceleration)
+        yield from self._set_ramp(max(axis.acceleration for axis in self.axes.values()))
 
     def _set_ramp(self, acceleration: float) -> Procedure[None]:
         thousands = min(max(round(acceleration / 1000), 1), 500)

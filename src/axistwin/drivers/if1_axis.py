@@ -109,8 +109,7 @@ class IF1Axis(AxisCore):
         if distance:
             yield from core._set_ramp(self.acceleration)
             sign = 1 if distance > 0 else -1
-            text = f"{self.name}{distance:+d}@{speed}$"
-            yield from core.begin({self.name: sign}, abs(distance), speed, text)
+            yield from core.begin({self.name: sign}, abs(distance), speed, f"{self.name}{distance:+d}@{speed}$")
         else:
             self._aim(target, faults=core._faults())
         self.setpoint = target

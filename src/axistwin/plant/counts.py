@@ -53,8 +53,7 @@ class _Stretch:
         positions = np.frombuffer(self.positions, np.int64)
         steps = np.abs(np.diff(positions, prepend=self.before))
         begins = self.begin_ns + self.period_ns * np.arange(len(positions), dtype=np.int64)
-        first = np.cumsum(steps) - steps
-        number = np.arange(1, int(steps.sum()) + 1, dtype=np.int64) - np.repeat(first, steps)
+        number = np.arange(1, int(steps.sum()) + 1, dtype=np.int64) - np.repeat(np.cumsum(steps) - steps, steps)
         times: NDArray[np.int64] = np.repeat(begins, steps) + self.period_ns * number // np.repeat(steps, steps)
         return times
 
@@ -78,8 +77,7 @@ class CountHistory:
         self._last = positions[-1]
         self._kept += len(positions)
         while self._kept - len(self._stretches[0].positions) >= self.samples:
-            oldest = self._stretches.popleft()
-            self._kept -= len(oldest.positions)
+            self._kept -= len(self._stretches.popleft().positions)
             self.forgotten_ns = self._stretches[0].begin_ns
 
     def times(self, start_ns: int, stop_ns: int, larger_history: int) -> "NDArray[np.int64]":

@@ -71,8 +71,7 @@ class Encoder:
     def index_edges(self) -> tuple[int, ...]:
         """Return two motor positions n, below and above: the index mark begins or ends between positions n-1 and n."""
         rev, width = abs(self.data.counts_per_rev), self.data.index_counts
-        shift = self._displaced + self._turned - self.data.index
-        into = (self._load + shift) % rev
+        into = (self._load + self._displaced + self._turned - self.data.index) % rev
         above = self._load + (width if into < width else rev) - into
         below = self._load - into + (0 if into < width else width)
         return self._edge(above + self.data.backlash), self._edge(below)
@@ -80,9 +79,7 @@ class Encoder:
     def _edge(self, counts: int) -> int:
         """Return the motor position n for which this count is reached between positions n-1 and n."""
         per_rev, pulses = self.data.counts_per_rev, self.data.pulses_per_rev
-        if per_rev > 0:
-            return -(-counts * pulses // per_rev)
-        return counts * pulses // per_rev + 1
+        return -(-counts * pulses // per_rev) if per_rev > 0 else counts * pulses // per_rev + 1
 
     def _dragged(self, load: int, position: int) -> int:
         shaft = position * self.data.counts_per_rev // self.data.pulses_per_rev

@@ -56,9 +56,7 @@ class Pin:
             return self._holds[-1].level
         if self._driven is not None:
             return self._driven
-        if self._flash_ns:
-            return (self.clock.now - self._flash_from) // self._flash_ns % 2 == 0
-        return self._source
+        return (self.clock.now - self._flash_from) // self._flash_ns % 2 == 0 if self._flash_ns else self._source
 
     @property
     def is_output(self) -> bool:

@@ -84,9 +84,7 @@ class RegisterPort:
             check_byte("offset", offset, CONTROL)
         if not self.powered:
             return NOBODY_DRIVES
-        if offset == CONTROL:
-            return self._status
-        return self.output.pop()
+        return self._status if offset == CONTROL else self.output.pop()
 
     def write(self, offset: int, value: int) -> None:
         """Write a register: 0 is the input data buffer, 1 is the control byte.  Virtual time does not advance."""

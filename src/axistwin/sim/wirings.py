@@ -65,8 +65,7 @@ def daisy_chain(devices: Sequence[Uart], *, instant: bool = False) -> Wiring:
     """Return a ring: host to first device, each device's transmitter to the next receiver, the last one to the host."""
 
     def connect(host: Uart) -> tuple[Line, Line]:
-        ends = (host, *devices, host)
-        lines = [wire(sender, receiver, instant) for sender, receiver in pairwise(ends)]
+        lines = [wire(sender, receiver, instant) for sender, receiver in pairwise((host, *devices, host))]
         return lines[0], lines[-1]
 
     return connect

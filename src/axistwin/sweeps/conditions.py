@@ -72,9 +72,7 @@ class _Reader:
 
     def take(self, *wanted: str) -> str:
         """Return and remove the next token if `wanted` is empty or contains it; otherwise return ""."""
-        if not self.tokens or (wanted and self.tokens[0] not in wanted):
-            return ""
-        return str(self.tokens.pop(0))
+        return "" if not self.tokens or (wanted and self.tokens[0] not in wanted) else str(self.tokens.pop(0))
 
     def either(self) -> Condition:
         found = self.both()

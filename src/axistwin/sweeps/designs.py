@@ -100,8 +100,7 @@ def _with_draws(
 
 def _random(varied: Mapping[str, Values], runs: int | None, seed: int) -> Points:
     chances = [Chance(seed + _SEEDS_APART * (number + 1)) for number in range(len(varied))]
-    unit = ([chance.unit() for chance in chances] for _ in range(_count(runs)))
-    return at_fractions(varied, unit)
+    return at_fractions(varied, ([chance.unit() for chance in chances] for _ in range(_count(runs))))
 
 
 def _lhs(varied: Mapping[str, Values], runs: int | None, seed: int) -> Points:

@@ -144,8 +144,7 @@ def _in_controller(scene: Scene, controller: Controller, path: str, rest: list[s
     if rest[0] == "program" and len(rest) == 2:
         return _in_program(scene, path, at, rest[1])
     if rest[0] in controller.axes and len(rest) > 1:
-        axis = controller.axes[rest[0]]
-        known = SERVO if isinstance(axis, ServoAxis) else STEPPER
+        known = SERVO if isinstance(controller.axes[rest[0]], ServoAxis) else STEPPER
         if rest[1] in known:
             return Place(path, _checked(scene, path, (*at, "axes", *map(_key, rest))))
         if not (controller.has_variables and len(rest) == 2):

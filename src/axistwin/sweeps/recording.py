@@ -76,8 +76,7 @@ class Recording:
     def __enter__(self) -> Self:
         """Start recording signals and events.  Raises UsageError for an event that cannot occur in this scene."""
         for sentence, times in self._events.items():
-            happened = partial(self._happened, times)
-            self._stack.callback(self.bench.when(sentence, happened, self._here))
+            self._stack.callback(self.bench.when(sentence, partial(self._happened, times), self._here))
         for name in self._names.values():
             scope, _, which = name.rpartition(".")
             axis = self._axis(scope)
@@ -195,8 +194,7 @@ class Recording:
     def _lost_of(self, scope: str) -> Series:
         plans = self._plans[scope]
         ends = [*(plan.since_ns for plan in plans[1:]), self.end_ns + 1]
-        changes = [plan.changes(end_ns) for plan, end_ns in zip(plans, ends, strict=True)]
-        times, values = zip(*changes, strict=True)
+        times, values = zip(*[plan.changes(end_ns) for plan, end_ns in zip(plans, ends, strict=True)], strict=True)
         return Series.of(np.concatenate(times), np.concatenate(values).astype(float), self.end_ns)
 
     def _velocity(self, scope: str) -> Series:

@@ -53,8 +53,7 @@ def known(results: Journal, claims: Mapping[str, str]) -> dict[int, Row]:
 
 def _smallest_margin(row: Row, claims: Sequence[str]) -> float:
     found = [row[f"{name}.robustness"] for name in claims]
-    finite = [max(-FAR, min(FAR, value)) for value in found if value is not None]
-    return min(finite, default=FAR)
+    return min([max(-FAR, min(FAR, value)) for value in found if value is not None], default=FAR)
 
 
 def search(

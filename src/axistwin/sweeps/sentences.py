@@ -260,8 +260,7 @@ def _not_passing(record: Recording, event: str, passing: tuple[str, float, int],
         distances = np.where(side < 0, -side, np.inf) if way else side
         return _verdict(True, minimum(distances[~np.isnan(beyond.values)]), None)
     at_ns = int(bad[0])
-    before = series.at(np.array([at_ns - 1]))[0]
-    direction = 1 if before < position else -1
+    direction = 1 if series.at(np.array([at_ns - 1]))[0] < position else -1
     after = beyond.values[beyond.times >= at_ns] * direction
     return _verdict(False, -max(0.0, float(np.nanmax(after, initial=0.0))), at_ns)
 

@@ -40,13 +40,12 @@ def _measure(rows: Sequence[Mapping[str, Any]], name: str) -> dict[str, Any]:
 
 def _claim(rows: Sequence[Mapping[str, Any]], name: str, paths: Sequence[str]) -> dict[str, Any]:
     answered = [row for row in rows if row[name] is not None]
-    worst = sorted(answered, key=lambda row: (row[f"{name}.robustness"], row["run"]))[:WORST]
     listed = [
         {
             "run": row["run"], "robustness": _finite(row[f"{name}.robustness"]), "holds": row[name],
             "at_s": row[f"{name}.at_s"], "values": {path: row[path] for path in paths},
         }
-        for row in worst
+        for row in sorted(answered, key=lambda row: (row[f"{name}.robustness"], row["run"]))[:WORST]
     ]  # fmt: skip
     failing = sum(row[name] is False for row in answered)
     return {"holds": len(answered) - failing, "fails": failing, "missing": len(rows) - len(answered), "worst": listed}

@@ -228,9 +228,7 @@ def engine_for(
 
 
 def _checked(values: Values, drawn: Sequence[Value]) -> Sequence[Value]:
-    if values.listed or not drawn:
-        return values.samples
-    return [min(drawn), max(drawn)]
+    return values.samples if values.listed or not drawn else [min(drawn), max(drawn)]
 
 
 def _kept(out: Path) -> Path:

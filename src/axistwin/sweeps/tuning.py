@@ -134,8 +134,7 @@ class Tuning:
         delivered, scatter = self._scatter.check(design, seconds)
         job = delivered.job
         paths = (*self.changed, *job.paths)
-        made = Job(job.scene, paths, job.measures, job.claims, seconds, job.program, job.host)
-        runner = Runner(made)
+        runner = Runner(Job(job.scene, paths, job.measures, job.claims, seconds, job.program, job.host))
         for number, values in enumerate(self.changed.values()):
             for value in values.samples:
                 runner.variation.check(number, value)
@@ -182,8 +181,7 @@ class Tuning:
     ) -> None:
         """Perform a batch of trials, and store the trials in the order of their numbers."""
         runs = {n: (trial, point) for n, (trial, point) in enumerate((t, p) for t in batch for p in scatter)}
-        tasks = [(n, (*batch[trial].values(), *point)) for n, (trial, point) in runs.items()]
-        rows = _rows(engine, tasks)
+        rows = _rows(engine, [(n, (*batch[trial].values(), *point)) for n, (trial, point) in runs.items()])
         for trial, values in batch.items():
             own = [row for row, (of, _) in zip(rows, runs.values(), strict=True) if of == trial]
             study.add(self._trial(values, own))

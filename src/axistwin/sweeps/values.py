@@ -117,9 +117,7 @@ def _points(text: str, low: float, high: float, count: int, logarithmic: bool) -
 
 
 def _between(low: float, high: float, logarithmic: bool, fraction: float) -> float:
-    if logarithmic:
-        return exp(log(low) + (log(high) - log(low)) * fraction)
-    return low + (high - low) * fraction
+    return exp(log(low) + (log(high) - log(low)) * fraction) if logarithmic else low + (high - low) * fraction
 
 
 def _whole_at(low: int, high: int, logarithmic: bool, fraction: float) -> int:

@@ -134,8 +134,7 @@ class Twin:
             for writer in self._writers:
                 self._written.enter_context(writer(self.bench))
             for name, url in self._wanted:
-                found = loop.run(self._served.server.open(name, url))
-                self.ports.setdefault(name, _url(found))
+                self.ports.setdefault(name, _url(loop.run(self._served.server.open(name, url))))
             self._written.callback(self._refused.close)
             self._written.callback(self.do(partial(self._refused.watch, self.bench)))
             self.do(self._served.server.start)

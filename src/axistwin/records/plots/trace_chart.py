@@ -70,8 +70,7 @@ class _Drawn:
                 first = len(self.chart.panels)
                 self._add_axis(self._short(scope), axis)
                 if (units := self._units(scope)) is not None:
-                    panels = self.chart.panels[first:]
-                    self.chart.panels[first:] = [in_units(panel, units) for panel in panels]
+                    self.chart.panels[first:] = [in_units(panel, units) for panel in self.chart.panels[first:]]
 
     def _units(self, scope: str) -> MachineUnits | None:
         written = self._about.get(f"units {scope}")
@@ -178,5 +177,4 @@ def difference(of: Track, less: Track, span: tuple[int, int]) -> Curve:
     (times, values), (others, those) = of.columns(), less.columns()
     both = np.union1d(times, others)
     here = np.maximum(np.searchsorted(times, both, "right") - 1, 0)
-    there = np.maximum(np.searchsorted(others, both, "right") - 1, 0)
-    return chart.held(both, values[here] - those[there], *span)
+    return chart.held(both, values[here] - those[np.maximum(np.searchsorted(others, both, "right") - 1, 0)], *span)

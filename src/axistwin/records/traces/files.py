@@ -74,14 +74,13 @@ class VcdSink(TextSink):
         self._output, self._signals = output, signals
         self._ids = [_identifier(n) for n in range(len(signals))]
         self._last_ns = now_ns
-        dump = [self._change(n, _vcd_value(value)) for n, value in enumerate(first)]
         head = [
             *_vcd_head(provenance),
             *self._scopes(),
             "$enddefinitions $end",
             f"#{now_ns}",
             "$dumpvars",
-            *dump,
+            *[self._change(n, _vcd_value(value)) for n, value in enumerate(first)],
             "$end",
         ]
         output.append(("\n".join(head) + "\n").encode())

@@ -124,10 +124,9 @@ class ParquetSink:
         return pa.table(columns, self._schema())
 
     def _schema(self) -> "pa.Schema":
-        signal = pa.dictionary(pa.int32(), pa.string())
         columns = {
             "time_ns": pa.int64(),
-            "signal": signal,
+            "signal": pa.dictionary(pa.int32(), pa.string()),
             "integer": pa.int64(),
             "number": pa.float64(),
             "text": pa.string(),
@@ -179,8 +178,7 @@ def _footer(contents: Any) -> bytes:
 def _texts(values: "NDArray[np.int64]", wanted: "NDArray[np.bool_]", known: Sequence[bytes]) -> "pa.Array":
     if not wanted.any():
         return pa.nulls(len(values), pa.string())
-    words = pa.array([_shown(text) for text in known], pa.string())
-    return words.take(pa.array(values, mask=~wanted))
+    return pa.array([_shown(text) for text in known], pa.string()).take(pa.array(values, mask=~wanted))
 
 
 # Cache the conversion of messages from bytes to text, because hosts often repeat a message.

@@ -44,8 +44,7 @@ class Track:
         self.values.append(_value(self.kind, value))  # type: ignore[arg-type]
 
     def columns(self) -> "tuple[NDArray[np.int64], NDArray[Any]]":
-        values = np.array(self.values, float if self.kind == REAL else np.int64)
-        return np.array(self.times, np.int64), values
+        return np.array(self.times, np.int64), np.array(self.values, float if self.kind == REAL else np.int64)
 
 
 @dataclass
@@ -61,8 +60,7 @@ class Trace:
     def choose(self, patterns: tuple[str, ...]) -> dict[str, Track]:
         """Return the signals that match at least one pattern.  Raises UsageError for a pattern without a match."""
         known = {SignalName(*name.rpartition(".")[::2], track.kind): name for name, track in self.tracks.items()}
-        names = (known[signal] for signal in choose(list(known), patterns))
-        return {name: self.tracks[name] for name in names}
+        return {known[signal]: self.tracks[known[signal]] for signal in choose(list(known), patterns)}
 
 
 def read(path: Path) -> Trace:
@@ -223,8 +221,7 @@ def _vcd_head(path: Path, lines: Iterator[str]) -> tuple[dict[str, str], dict[st
     names: dict[str, tuple[str, str]] = {}
     scopes: list[str] = []
     for line in lines:
-        words = line.split()
-        match words:
+        match line.split():
             case ["$scope", _, name, "$end"]:
                 scopes.append(name)
             case ["$upscope", "$end"] if scopes:

@@ -55,9 +55,7 @@ class Signal:
         if pattern == DEFAULT:
             return not self.register and not self.costly
         names = (self.full, *(f"{self.scope}.{name}" for name in self.also))
-        if self.costly:
-            return pattern in names
-        return any(fnmatchcase(name, pattern) for name in names)
+        return pattern in names if self.costly else any(fnmatchcase(name, pattern) for name in names)
 
 
 def catalogue(bench: Bench) -> list[Signal]:

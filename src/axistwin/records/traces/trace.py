@@ -79,8 +79,7 @@ class tracing:  # noqa: N801  # used as `with tracing(bench, path):`
 
     def _begin(self) -> None:
         bench, tracer = self.bench, self._tracer
-        first = tracer.first()
-        tracer.sink = self._make(self._output, self._chosen, first, bench.now, provenance(bench))
+        tracer.sink = self._make(self._output, self._chosen, tracer.first(), bench.now, provenance(bench))
         tracer.failed = self._failed
         self._stack.enter_context(tracer)
         self._write_save_file()
@@ -238,8 +237,7 @@ class Tracer:
         host, controller = self._place(name, "host_says"), self._place(name, "controller_says")
         if host is None and controller is None:
             return
-        dialogue = Dialogue(self._waiting.add, host, controller)
-        self._begin.append(partial(dialogue.observe, self.bench, name))
+        self._begin.append(partial(Dialogue(self._waiting.add, host, controller).observe, self.bench, name))
 
     def _add_faults(self, name: str) -> None:
         place = self._place(name, FAULTS)

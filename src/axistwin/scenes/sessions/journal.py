@@ -69,8 +69,7 @@ class Journal:
             self.full_ns = time_ns
         if self.full_ns is not None:
             return False
-        begins = clock_pass != self._pass
-        self._put((time_ns - self._last_ns) << 1 | begins)
+        self._put((time_ns - self._last_ns) << 1 | (clock_pass != self._pass))
         self._put(self._number(act))
         self._last_ns, self._pass = time_ns, clock_pass
         return True

@@ -122,9 +122,7 @@ class Profile:
         rate = self.segments[j].rate
         if j + 1 < len(self.segments) and self.segments[j + 1].rate > rate:
             return +1
-        if j > 0 and self.segments[j - 1].rate > rate:
-            return -1
-        return 0
+        return -1 if j > 0 and self.segments[j - 1].rate > rate else 0
 
     def cut(self, elapsed_ns: int, then: Iterable[Segment] = ()) -> "Profile":
         """Return a copy up to the time `elapsed_ns`, continued by the segments `then`."""
@@ -166,8 +164,7 @@ class Profile:
         The period is a fraction of b nanoseconds, so after b pulses the pattern repeats a whole number of nanoseconds
         later.  One block is calculated, and the others are shifted copies of it.
         """
-        rate_ticks = self.rates[j] * self.ticks
-        period, b = self.parts * S, rate_ticks
+        period, b = self.parts * S, self.rates[j] * self.ticks
         common = gcd(period, b)
         period, b = period // common, b // common
         start = (self.starts[j] * S * self.rates[j] + (n * self.parts - self.phases[j]) * S) // common
@@ -180,8 +177,7 @@ class Profile:
         whole = len(out) // block
         moves = np.arange(whole + 1, dtype=np.int64) * (period * (block // b))
         np.add(pattern, moves[:whole, None], out=out[: whole * block].reshape(whole, block))
-        rest = len(out) - whole * block
-        np.add(pattern[:rest], moves[whole], out=out[whole * block :])
+        np.add(pattern[: len(out) - whole * block], moves[whole], out=out[whole * block :])
 
     @staticmethod
     def _fill_block(start: int, period: int, b: int, offset_ns: int, out: "NDArray[np.int64]") -> None:

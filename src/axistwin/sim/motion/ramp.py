@@ -23,8 +23,7 @@ class Ramp:
 
     def __init__(self, start: Fraction, top: Fraction, increment: Fraction, interval: Fraction) -> None:
         self.top, self.interval = top, interval
-        steps = max(0, -((start - top) // increment))
-        self.levels = [start + k * increment for k in range(steps)]
+        self.levels = [start + k * increment for k in range(max(0, -((start - top) // increment)))]
         self.pulses = [Fraction(0), *accumulate(level * interval for level in self.levels)]
         """Number of pulses in the first k levels, for k = 0, 1 and so on."""
         self.index = lru_cache(maxsize=64)(self._index)
@@ -44,8 +43,7 @@ class Ramp:
         fits = bisect_right(self.pulses, Fraction(distance, 2)) - 1
         up = self._level_segments(fits)
         plateau = self.levels[fits] if fits < len(self.levels) else self.top
-        left_over = distance - 2 * self.pulses[fits]
-        return Profile((*up, Segment(plateau, left_over / plateau), *reversed(up)))
+        return Profile((*up, Segment(plateau, (distance - 2 * self.pulses[fits]) / plateau), *reversed(up)))
 
     def down_from(self, rate: Fraction) -> tuple[Segment, ...]:
         """Return a deceleration from `rate`: the levels below `rate`, in descending order."""
