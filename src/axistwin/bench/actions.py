@@ -97,7 +97,6 @@ def motor_of(controller: Controller) -> ServoAxis | None:
 
 
 def voltage(volts: float) -> str:
-    """Return a voltage as text, e.g. `2.5V`."""
     return f"{volts:g}V"
 
 
@@ -175,7 +174,6 @@ def _register(value: str) -> tuple[int, int]:
 
 
 def _contents(value: str) -> tuple[int, bytes]:
-    """Parse the value of an action `! write`, e.g. `0 33 00`: a register number and bytes."""
     found = _WRITTEN.fullmatch(value)
     if found is None:
         raise ProgramError(

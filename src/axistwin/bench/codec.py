@@ -64,7 +64,6 @@ class Characters:
         return ((found.start(), len(found[0])) for found in _WRITTEN.finditer(text))
 
     def words(self, data: bytes, by_host: bool) -> str:  # noqa: ARG002
-        """Return an empty explanation, because the messages on a serial line are readable text."""
         return ""
 
 
@@ -75,7 +74,6 @@ class Hex:
     language: Language
 
     def show(self, data: bytes) -> str:
-        """Return data as text: two hex digits for each byte."""
         return data.hex(" ").upper()
 
     def read(self, text: str) -> bytes:
@@ -120,7 +118,6 @@ def codec_of(product: Product) -> Codec:
 
 
 def word(byte: int) -> str:
-    """Return a readable text for a byte: the character, its name such as `<CR>`, or its code such as `<9F>`."""
     return chr(byte) if 0x20 <= byte < 0x7F else f"<{NAMES.get(byte) or f'{byte:02X}'}>"
 
 

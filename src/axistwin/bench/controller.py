@@ -251,5 +251,4 @@ class Controller:
 
 
 def on_a_bus(controller: Controller) -> bool:
-    """True if the host controls the controller through registers on a bus.  False for a serial port."""
     return controller.product.attend is not None

@@ -10,7 +10,6 @@ if TYPE_CHECKING:
 
 
 def names(bench: Bench) -> list[str]:
-    """Return all endpoint names: `if1`, `motor`, `motor.rs485` (once it is in use), `chain`."""
     boards = [name for name, controller in bench.controllers.items() if on_a_bus(controller)]
     own = [name for name in bench.ports if name not in bench.lines]
     in_order = [name for name in bench.controllers if name in (*boards, *own)]

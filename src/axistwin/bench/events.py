@@ -104,7 +104,6 @@ Sink = Callable[[Event], None]
 
 @contextmanager
 def observing(bench: Bench, sink: Sink) -> Iterator[None]:
-    """Pass every event on the bench to `sink` during a `with` block."""
     with ExitStack() as stack:
         for name in endpoints.names(bench):
             if endpoints.at_a_bus(bench, name):

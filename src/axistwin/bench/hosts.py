@@ -45,7 +45,6 @@ def _at_port(port: SerialPort) -> Host:
 
 @contextmanager
 def host_of(controller: Controller) -> Iterator[Host]:
-    """Yield a simulated host in a `with` block; on a bus, it does the handshakes at the registers."""
     attend = controller.product.attend
     if attend is None:
         yield _at_port(controller.serial)

@@ -44,7 +44,6 @@ def most_similar(word: str, known: Iterable[str]) -> str:
 
 
 def with_article(noun: str) -> str:
-    """Return a noun with its article, e.g. "an IF1" or "a SmartMotor"."""
     return f"{'an' if noun.lower().startswith((*'aeiou', '18')) else 'a'} {noun}"
 
 
@@ -87,7 +86,6 @@ class MissingExtraError(UsageError):
 
 
 def installed(library: str) -> bool:
-    """True if a library is installed, e.g. "pydantic"; its module may be in lower case."""
     return find_spec(library) is not None or find_spec(library.lower()) is not None
 
 
@@ -139,7 +137,6 @@ class PlacedError(AxistwinError):
         super().__init__(f"{place}: {message}" if place else message)
 
     def at(self, file: str, line: int, column: int) -> Self:
-        """Return a copy of this error with another file, line and column."""
         return type(self)(
             self.message,
             file=file,

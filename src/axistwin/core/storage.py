@@ -37,14 +37,12 @@ class MemoryStore:
         self._contents: bytes | None = None
 
     def load(self) -> bytes | None:
-        """Return the contents that `save` has stored, or None before the first `save`."""
         return self._contents
 
     def save(self, contents: bytes) -> None:
         self._contents = contents
 
-    def end(self) -> None:
-        """Do nothing: no writes are pending."""
+    def end(self) -> None: ...
 
 
 class FileStore:
@@ -73,7 +71,6 @@ class FileStore:
         return str(self.path)
 
     def load(self) -> bytes | None:
-        """Return the contents of the last `save`; None before the first `save`."""
         return self._image if self._unwritten is None else self._unwritten
 
     def save(self, contents: bytes) -> None:

@@ -19,7 +19,6 @@ def to_ns(seconds: float | Fraction) -> int:
 
 
 def to_seconds(ns: int) -> float:
-    """Convert nanoseconds to seconds."""
     return ns / S
 
 

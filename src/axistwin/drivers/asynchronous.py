@@ -31,31 +31,25 @@ async def connect_async(url: str, model: str, *, baud: int | None = None, **opti
 class Port(Protocol):
     """Interface of a port for programs that use asyncio."""
 
-    async def write(self, data: bytes) -> None:
-        """Send bytes to the port."""
+    async def write(self, data: bytes) -> None: ...
 
     async def read(self, timeout: float) -> bytes:
         """Wait for bytes and return them; return b"" if no byte arrives within `timeout` seconds."""
 
-    async def pause(self, seconds: float) -> None:
-        """Wait for the given number of seconds."""
+    async def pause(self, seconds: float) -> None: ...
 
-    def time(self) -> float:
-        """Return the present time of the clock in seconds."""
+    def time(self) -> float: ...
 
-    async def close(self) -> None:
-        """Close the port."""
+    async def close(self) -> None: ...
 
 
 class WallClock:
     """A clock in real time.  The ports to real controllers are subclasses of this class."""
 
     async def pause(self, seconds: float) -> None:
-        """Wait for the given number of seconds."""
         await asyncio.sleep(seconds)
 
     def time(self) -> float:
-        """Return the present time of the clock in seconds."""
         return time.monotonic()
 
 
@@ -66,7 +60,6 @@ class TcpPort(WallClock):
         self._url, self._reader, self._writer = url, reader, writer
 
     async def write(self, data: bytes) -> None:
-        """Send bytes to the port."""
         try:
             self._writer.write(data)
             await self._writer.drain()
@@ -93,7 +86,6 @@ class TcpPort(WallClock):
         return PortError(f"{self._url} was disconnected ({why}): the driver opens the port again for the next command")
 
     async def close(self) -> None:
-        """Close the connection."""
         self._writer.close()
         with suppress(OSError):  # Closing a broken connection raises OSError.
             await self._writer.wait_closed()
@@ -106,7 +98,6 @@ class ThreadPort(WallClock):
         self._port, self._thread = port, thread
 
     async def write(self, data: bytes) -> None:
-        """Send bytes to the port."""
         await self._call(self._port.write, data)
 
     async def read(self, timeout: float) -> bytes:
@@ -115,7 +106,6 @@ class ThreadPort(WallClock):
         return received
 
     async def close(self) -> None:
-        """Close the port."""
         await self._call(self._port.close)
         self._thread.shutdown(wait=False)
 

@@ -54,7 +54,6 @@ class SerialPort:
         self._url = url
 
     def write(self, data: bytes) -> None:
-        """Send bytes to the port."""
         self._guard(lambda: self._port.write(data))
 
     def read(self, timeout: float) -> bytes:
@@ -80,7 +79,6 @@ class SerialPort:
             ) from None
 
     def close(self) -> None:
-        """Close the port."""
         self._port.close()
 
 
@@ -215,7 +213,6 @@ def arrived(name: str, status: Status) -> Status:
 
 
 def still_moving(name: str, timeout: float) -> SilentError:
-    """Return the exception to raise when a motion takes longer than the timeout."""
     return SilentError(f"axis {name} is still moving after {timeout:g} s: stop it, or wait longer")
 
 

@@ -27,12 +27,10 @@ class FailedError(RefusedError):
 
 
 def signed(value: bytes) -> int:
-    """Decode a signed number, most significant byte first."""
     return int.from_bytes(value, "big", signed=True)
 
 
 def four(value: int) -> bytes:
-    """Encode a signed number as four bytes, most significant byte first."""
     return value.to_bytes(4, "big", signed=True)
 
 
@@ -89,7 +87,6 @@ class Motor(AxisCore):
             raise BusyError("the motor is moving: wait for the end of the motion, or stop the motor")
 
     def stream(self, update_ms: int) -> None:
-        """Note that a stream of velocities has begun."""
         self._streaming, self._tail_s = True, STREAM_UPDATES * update_ms / 1000
 
     def _bits(self) -> Procedure[int]:
@@ -99,7 +96,6 @@ class Motor(AxisCore):
         return signed((yield from self._board.request(0x83))[:6])
 
     def move_to(self, target: int) -> Procedure[None]:
-        """Begin a move to a position."""
         if self._board._lost:
             Status(0, 0, 0, False, lost=self._board._lost).known_position()
         yield from self._set_profile()
@@ -135,7 +131,6 @@ class Motor(AxisCore):
         self._begin_by = (yield Clock()) + BEGIN_S
 
     def stop(self) -> Procedure[None]:
-        """Decelerate the motor to a standstill."""
         yield from self._board.command(0x70)
 
     def abort(self) -> Procedure[None]:
@@ -153,7 +148,6 @@ class Motor(AxisCore):
         self._begin_by = (yield Clock()) + BEGIN_S
 
     def status(self) -> Procedure[Status]:
-        """Return the state of the motor."""
         board = self._board
         try:
             bits = yield from self._bits()
@@ -193,7 +187,6 @@ class Motor(AxisCore):
         return signed(found[1:5]) * (RANGES[code] if code < 4 else 1 / 60 if code == 4 else 1.0)
 
     def _pending(self, moving: bool, position: int) -> Procedure[bool]:
-        """Return True while a motion is in progress: from its command, even before the motor moves."""
         if moving:
             self._has_moved = True
             self._begin_by = (yield Clock()) + self._tail_s if self._tail_s else None

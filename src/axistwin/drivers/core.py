@@ -150,8 +150,7 @@ class AxisCore(ABC):
         return replace(status, missed=f"{aim} ({_cause(status, new)})")
 
     @abstractmethod
-    def move_to(self, target: int) -> Procedure[None]:
-        """Begin a move to a position."""
+    def move_to(self, target: int) -> Procedure[None]: ...
 
     @abstractmethod
     def move_by(self, distance: int) -> Procedure[None]:
@@ -162,24 +161,20 @@ class AxisCore(ABC):
         """Run the axis at a signed velocity until `stop` is called."""
 
     @abstractmethod
-    def stop(self) -> Procedure[None]:
-        """Decelerate the axis to a standstill."""
+    def stop(self) -> Procedure[None]: ...
 
     @abstractmethod
     def abort(self) -> Procedure[None]:
         """Stop the axis as fast as the controller can."""
 
     @abstractmethod
-    def home(self, direction: int) -> Procedure[None]:
-        """Begin a search for the home position."""
+    def home(self, direction: int) -> Procedure[None]: ...
 
     @abstractmethod
-    def status(self) -> Procedure[Status]:
-        """Return the state of the axis."""
+    def status(self) -> Procedure[Status]: ...
 
     @abstractmethod
-    def set_position(self, position: int) -> Procedure[None]:
-        """Define the present position."""
+    def set_position(self, position: int) -> Procedure[None]: ...
 
     @abstractmethod
     def clear_faults(self) -> Procedure[None]:
@@ -198,7 +193,6 @@ def _cause(status: Status, new: Sequence[Fault]) -> str:
 
 
 def shown(data: bytes | bytearray) -> str:
-    """Return received bytes as short text for an error message."""
     text = repr(bytes(data[:40]))[1:]
     return f"{text}…" if len(data) > 40 else text
 
@@ -232,7 +226,6 @@ class ScaledAxis:
         return rate
 
     def _counts(self, what: str, value: float) -> int:
-        """Convert a position or a distance to counts."""
         k, most = self.scale.counts_per_unit, self.core.max_position
         if abs(number(what, value)) > most / abs(k):
             raise RefusedError(f"invalid {what} {value:g}: expected at most {most / abs(k):.12g} in either direction")

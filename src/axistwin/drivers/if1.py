@@ -354,7 +354,6 @@ class IF1(Core):
             self._move.stopped = True
 
     def status_of(self, axis: "IF1Axis") -> Procedure[Status]:
-        """Return the state of an axis."""
         return self._status(axis, (yield from self._poll()))
 
     def statuses(self) -> Procedure[dict[str, Status]]:
@@ -392,7 +391,6 @@ class IF1(Core):
         return [fault for bit, fault in COMMUNICATION_FAULTS.items() if self._state.communication & bit]
 
     def clear_faults(self) -> Procedure[None]:
-        """Clear the faults whose cause no longer exists."""
         yield from self._poll()
         self._state.latched, self._state.communication = 0, 0
         yield from self._poll()

@@ -91,7 +91,6 @@ class IF1Axis(AxisCore):
         self.max_position = MAX_DISTANCE
 
     def move_to(self, target: int) -> Procedure[None]:
-        """Begin a move to a position."""
         yield from self._at_rest()
         yield from self._move_to(target)
 
@@ -120,7 +119,6 @@ class IF1Axis(AxisCore):
         yield from self._move_to(self._if1.position_of(self.name) + distance)
 
     def move_at(self, velocity: float) -> Procedure[None]:
-        """Run the axis at a signed velocity until `stop` is called."""
         if not velocity:
             yield from self.stop()
             return
@@ -152,7 +150,6 @@ class IF1Axis(AxisCore):
         move.homing = self._seeking = True
 
     def status(self) -> Procedure[Status]:
-        """Return the state of the axis."""
         return (yield from self._if1.status_of(self))
 
     def set_position(self, position: int) -> Procedure[None]:
@@ -160,5 +157,4 @@ class IF1Axis(AxisCore):
         yield from self._if1.set_position(self.name, position)
 
     def clear_faults(self) -> Procedure[None]:
-        """Clear the faults whose cause no longer exists."""
         yield from self._if1.clear_faults()

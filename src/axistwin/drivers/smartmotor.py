@@ -283,7 +283,6 @@ class Shaft(AxisCore):
         return round(velocity * SCALE * SAMPLE_S)
 
     def _read(self) -> Procedure[tuple[int, int, int]]:
-        """Read and return the motor's position, status word and acceleration."""
         first, second = yield from self._line.ask(self.prefix, "RPW", "RA")
         position, _, word = first.partition(",")
         return whole(position, "RPW"), whole(word, "RPW"), whole(second, "RA")
@@ -348,11 +347,9 @@ class Shaft(AxisCore):
         yield from self.move_to(base + distance)
 
     def move_at(self, velocity: float) -> Procedure[None]:
-        """Run the motor at a signed velocity until `stop` is called."""
         yield from self._go(f"MV V={self._speed(velocity)}", None)
 
     def stop(self) -> Procedure[None]:
-        """Decelerate the motor to a standstill."""
         yield from self._end("X")
 
     def abort(self) -> Procedure[None]:
@@ -373,7 +370,6 @@ class Shaft(AxisCore):
         self._homing, self._seeking = direction, True
 
     def status(self) -> Procedure[Status]:
-        """Return the state of the shaft."""
         position, word = yield from self._state()
         if self._homing:
             position, word = yield from self._home_further(position, word)
@@ -421,7 +417,6 @@ class Shaft(AxisCore):
         return tuple(fault for bit, fault in FAULTS.items() if word & bit)
 
     def set_position(self, position: int) -> Procedure[None]:
-        """Set the present position to a new value without a move of the motor."""
         yield from self._line.send(self.prefix, f"O={position}")
         self.setpoint, self._lost = position, ""
         self._aim(None)

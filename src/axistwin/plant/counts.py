@@ -30,7 +30,6 @@ class Samples(NamedTuple):
         return len(self.positions)
 
     def time_ns(self, sample: int) -> int:
-        """Return the time in ns at which the position `positions[sample]` was sampled."""
         return self.start_ns + sample * self.period_ns
 
 

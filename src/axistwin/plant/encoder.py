@@ -47,7 +47,6 @@ class Encoder:
         return self._count(self._load)
 
     def begin(self) -> None:
-        """Store the load position at the start of a motion.  The motion has no reversal."""
         self._began = self._load
 
     def count_at(self, position: int) -> int:
@@ -107,6 +106,5 @@ class Encoder:
         self.direction = 1 if counts > 0 else -1
 
     def slip(self, counts: int) -> None:
-        """Simulate an encoder that slips on its shaft by `counts`."""
         self._counted = self._load + self._displaced, self._count(self._load) + counts
         self._turned += counts

@@ -51,7 +51,6 @@ class MachineUnits:
         return f"{self.per} per {self.of}"
 
     def value(self, counts: float) -> float:
-        """Convert a number of counts to the unit of the axis."""
         return float(Fraction(counts) / self.per)
 
     def shown(self, counts: float) -> str:

@@ -22,8 +22,7 @@ class Followed(Protocol):
     on_replan: Signal[[]]  # Event: positions that `positions_ahead` has returned for later times are no longer certain.
 
     @property
-    def position(self) -> int:
-        """Position of the axis in pulses or counts."""
+    def position(self) -> int: ...
 
     @property
     def resting(self) -> bool:
@@ -57,7 +56,6 @@ class Run(NamedTuple):
 
     @property
     def end_ns(self) -> int:
-        """Time of the last edge of the motion."""
         return self.start_ns + self.duration_ns
 
     def at(self, time_ns: int) -> int:

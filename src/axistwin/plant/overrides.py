@@ -84,7 +84,6 @@ class Shaft:
 
     @property
     def jammed(self) -> bool:
-        """True while a person or a defect blocks the shaft."""
         return any(self._jams.values)
 
     @property
@@ -106,7 +105,6 @@ class Shaft:
         self._outside.set(float(newton_metres))
 
     def burden(self, newton_metres: float) -> Callable[[], None]:
-        """Simulate a defect that adds an external torque.  Return a function that ends the defect."""
         return self._outside.add(newton_metres)
 
     def jam(self, on: bool = True) -> None:
@@ -115,5 +113,4 @@ class Shaft:
         self._jams.set(bool(on))
 
     def seize(self) -> Callable[[], None]:
-        """Simulate a defect that blocks the shaft.  Return a function that ends the defect."""
         return self._jams.add(True)

@@ -59,23 +59,18 @@ class Source:
         return [self._axis.shaft]
 
     def setpoint(self) -> int:
-        """Commanded position of the shaft in encoder counts.  The positive direction is that of the machine."""
         return self._axis.shaft
 
     def velocity(self) -> float:
-        """Velocity in counts/s, positive in the machine's positive direction; without power it is 0 at once."""
         return 0.0
 
     def moving(self) -> bool:
-        """True if the shaft turns or a trajectory is in progress."""
         return False
 
     def next_sample_ns(self) -> int | None:
-        """Virtual time in ns of the next sample of the position; None while the motor is at rest."""
         return None
 
     def temperature(self) -> float:
-        """Temperature of the motor in degrees Celsius; without power the ambient temperature."""
         return self._axis.ambient
 
     def energy_nj(self) -> int:
@@ -83,7 +78,6 @@ class Source:
         return self._axis.energy_nj
 
     def push(self, counts: int) -> None:
-        """Turn the shaft by `counts` now."""
         axis = self._axis
         axis.shaft += counts
         axis.publish(Samples(axis.clock.now, 0, (axis.shaft,), (0,)))
@@ -100,7 +94,6 @@ class EncoderView:
 
     @property
     def count(self) -> int:
-        """Encoder count after quadrature decoding, initially 0."""
         return self._axis.position
 
     def displace(self, counts: int) -> None:
@@ -180,7 +173,6 @@ class ServoAxis(Shaft):
 
     @property
     def per_rev(self) -> int:
-        """Encoder counts per revolution of the shaft."""
         return IDEAL_COUNTS_PER_REV if self.motor is None else self.motor.counts_per_rev
 
     @property
@@ -200,7 +192,6 @@ class ServoAxis(Shaft):
 
     @property
     def predictable(self) -> bool:
-        """True if future positions of the axis can be calculated.  Always False for a servo axis."""
         return False
 
     @property
@@ -255,7 +246,6 @@ class ServoAxis(Shaft):
         return min(self._supply.values)
 
     def sag(self, left: float) -> Callable[[], None]:
-        """Reduce the supply voltage to the fraction `left`, 0 to 1; return a function that ends the defect."""
         return self._supply.add(left)
 
     def _catch_up(self) -> None:

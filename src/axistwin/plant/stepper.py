@@ -30,7 +30,6 @@ class EncoderView:
 
     @property
     def count(self) -> int:
-        """Encoder count after quadrature decoding, initially 0."""
         return self._encoder.follow(self._axis.position)
 
     def displace(self, counts: int) -> None:
@@ -47,7 +46,6 @@ class EncoderView:
 
     @property
     def at_index(self) -> bool:
-        """True while the encoder's channel Z is active."""
         _ = self.count
         return self._encoder.at_index
 
@@ -65,7 +63,6 @@ class EncoderView:
         return stack.close
 
     def begin(self) -> None:
-        """Store the state of the encoder at the start of a move."""
         _ = self.count
         self._encoder.begin()
 
@@ -75,7 +72,6 @@ class EncoderView:
 
     @property
     def direction(self) -> int:
-        """Direction of the load's last motion: +1 or -1."""
         _ = self.count
         return self._encoder.direction
 
@@ -86,7 +82,6 @@ class EncoderView:
         self._axis.on_push.emit()
 
     def slip(self, counts: int) -> None:
-        """Simulate an encoder that slips on its shaft by `counts`."""
         _ = self.count
         self._encoder.slip(counts)
         self._axis.on_push.emit()
@@ -143,7 +138,6 @@ class StepperAxis(Shaft):
 
     @property
     def encoder_count(self) -> int | None:
-        """Encoder count after quadrature decoding; None for an axis without an encoder."""
         return self._encoder.count if self._encoder else None
 
     def counts_per_pulses(self) -> tuple[int, int, int] | None:
@@ -168,7 +162,6 @@ class StepperAxis(Shaft):
 
     @property
     def encoder_direction(self) -> int:
-        """Direction of the encoder's last motion, +1 or -1; +1 without an encoder."""
         return self._encoder.direction if self._encoder else +1
 
     @property
@@ -178,7 +171,6 @@ class StepperAxis(Shaft):
 
     @property
     def resting(self) -> bool:
-        """True while no move is in progress."""
         return not self.moving
 
     @property
@@ -197,7 +189,6 @@ class StepperAxis(Shaft):
         return
 
     def positions_ahead(self, _times_ns: range) -> list[int]:
-        """Return a list with the present position only."""
         return [self.position]
 
     def positions_at(self, times_ns: Sequence[int]) -> list[int]:
@@ -273,7 +264,6 @@ class StepperAxis(Shaft):
         self.on_motion.emit()
 
     def let_go(self) -> None:
-        """Release a held step output; from now on, the output makes pulses again."""
         if self._made is not None:
             self._unmade, self._made = self._issued - self._made, None
             self._replan()
@@ -419,7 +409,6 @@ class _EdgeSubscription:
             axis.clock.call_later(min(due) - axis.clock.now, lambda: self._call(plan))
 
     def _forget(self) -> None:
-        """Cancel the scheduled call of `callback`.  The event stays scheduled as a background event."""
         self._plan += 1
         self._axis.clock.background += self._waiting
         self._waiting = False

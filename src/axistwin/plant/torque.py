@@ -62,7 +62,6 @@ class StepperMotor:
 
     @property
     def pulses_per_tooth(self) -> int:
-        """Number of pulses that turn the rotor by one tooth."""
         return max(1, self.pulses_per_rev // self.rotor_teeth)
 
     def torque_at(self, rate: float) -> float:
@@ -76,7 +75,6 @@ class StepperMotor:
         return at_low + (at_high - at_low) * (rate - low) / (high - low)
 
     def to_radians(self, pulses: float) -> float:
-        """Convert pulses (or pulses/s, pulses/s²) to radians of the shaft."""
         return pulses * 2 * pi / self.pulses_per_rev
 
 

@@ -45,7 +45,6 @@ def _ports(contents: SceneFile, source: Source) -> Iterator[tuple[Path, str, boo
 
 
 def _place(url: PortUrl) -> tuple[str, ...]:
-    """Return the address or the path of a port; () if the operating system chooses it."""
     if url.scheme in ("pty", "serial"):
         return ("file", url.path) if url.path else ()
     return ("address", url.host.replace("localhost", "127.0.0.1"), str(url.port)) if url.port else ()

@@ -37,7 +37,6 @@ T = TypeVar("T")
 
 
 def is_in_loop(name: str, leads_to: Mapping[str, str | None]) -> bool:
-    """True if a path in the graph `leads_to` leads from `name` back to `name`."""
     at, seen = leads_to.get(name), {name}
     while at is not None and at not in seen:
         seen.add(at)

@@ -125,7 +125,6 @@ class Copy:
     # Functions that convert a bench (simulated controllers) to a scene file
 
     def of_bench(self, note: str) -> str:
-        """Return the text of a scene file that describes the controllers of the bench."""
         data: dict[str, Any] = {"controller": [self._controller(name) for name in self.bench.controllers]}
         script = {"script": self.script} if self.script else {}
         return f"# {note}\n\n{tables({**data, **script})}"

@@ -500,7 +500,6 @@ def scene_schema() -> dict[str, Any]:
 
 
 def shared_lines(contents: SceneFile) -> Iterator[tuple[str, str, LineTable, toml_places.Path]]:
-    """Yield the lines shared by motors: kind, name, table and place."""
     for kind, tables in (("chain", contents.chain), ("rs485", contents.rs485)):
         for number, table in enumerate(tables):
             yield kind, table.name or (kind if not number else f"{kind}-{number + 1}"), table, (kind, number)

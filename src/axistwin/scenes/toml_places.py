@@ -28,7 +28,6 @@ _VALUE = re.compile(
 
 
 def places(text: str) -> dict[Path, Place]:
-    """Return the line and column of each table header, key and list element in a TOML text."""
     return dict(reversed([*_Scanner(text).scan()]))
 
 

@@ -60,7 +60,6 @@ class Pin:
 
     @property
     def is_output(self) -> bool:
-        """True if the pin is an output of the device."""
         return self._output
 
     @property
@@ -85,7 +84,6 @@ class Pin:
 
     @property
     def flashing(self) -> bool:
-        """True while the output flashes."""
         return self._flash_ns != 0
 
     def drive(self, level: bool) -> None:
@@ -190,7 +188,6 @@ class CalculatedPin(Pin):
 
     @property
     def level(self) -> bool:
-        """The level at this moment, unless the terminal is driven or held."""
         return super().level if self._holds or self.driven else self._read()
 
 
@@ -218,22 +215,18 @@ class SensedPin(Pin):
 
     @property
     def level(self) -> bool:
-        """The sensor's level, unless a test lead or a defect forces another level."""
         return super().level if self._read is None or self._holds or self.driven else self._read()
 
     @property
     def undriven(self) -> bool:
-        """Level that a sensor, a switch or a wire applies; a test lead or a defect can override it."""
         return self._source if self._read is None else self._read()
 
     def set(self, level: bool) -> None:
-        """Replace the sensor at the input by the constant level `level`."""
         before = self.level
         self._read, self._source, self.restless = None, level, False
         self._update(before)
 
     def subscribe(self, callback: Callable[[Pin], None]) -> Callable[[], None]:
-        """Call `callback(pin)` at each change of the pin's level.  Return a function that ends these calls."""
         end = super().subscribe(callback)
         if self._unfollow is None and self._follow is not None:
             self._last = self.level
@@ -248,7 +241,6 @@ class SensedPin(Pin):
         return unsubscribe
 
     def changed(self) -> Event:
-        """Return an event that happens at the next change of the pin's level."""
         if self._changed is None:
             event = super().changed()
             unsubscribe = self.subscribe(lambda pin: unsubscribe())
@@ -277,7 +269,6 @@ class UserPin(Pin):
 
     @property
     def volts(self) -> float:
-        """Voltage at the terminal, in V."""
         return self._volts
 
     @property
@@ -287,17 +278,14 @@ class UserPin(Pin):
 
     @property
     def driven(self) -> bool:
-        """True while a test lead is connected to the terminal."""
         return self._lead is not None
 
     @property
     def is_output(self) -> bool:
-        """True while the output stage is on."""
         return self._stage is not None
 
     @property
     def undriven(self) -> bool:
-        """The level that the output stage, the external wiring or the pull-up resistor sets."""
         volts = next((volts for volts in (self._stage, self._wired) if volts is not None), PULLED_UP_VOLTS)
         return volts >= HIGH_VOLTS or (volts > LOW_VOLTS and self._source)
 
@@ -314,12 +302,10 @@ class UserPin(Pin):
         self._attach(_volts(level))
 
     def release(self) -> None:
-        """Remove the test lead."""
         self._attach(None)
 
     @property
     def lead(self) -> float | None:
-        """Voltage that a test lead applies to the terminal; None if no test lead is connected."""
         return self._lead
 
     def _attach(self, volts: float | None) -> None:
@@ -340,7 +326,6 @@ class UserPin(Pin):
         self._set_source("_stage", PULLED_UP_VOLTS if level else 0.0)
 
     def input(self) -> None:
-        """Make the pin an input: switch its output stage off."""
         self._set_source("_stage", None)
 
     def hold(self, level: bool) -> Callable[[], None]:

@@ -35,24 +35,19 @@ class Fifo:
 
     @property
     def contents(self) -> bytes:
-        """All bytes, without removing them."""
         return bytes(self._bytes)
 
     def push(self, value: int) -> None:
-        """Append one byte."""
         if len(self._bytes) < DEPTH:
             self._bytes.append(value)
 
     def pop(self) -> int:
-        """Remove and return one byte."""
         return self._bytes.popleft() if self._bytes else 0
 
     def load(self, data: bytes) -> None:
-        """Discard the stored bytes, and store the bytes `data` instead."""
         self._bytes = deque(data[:DEPTH])
 
     def drain(self) -> bytes:
-        """Remove and return all bytes of the queue."""
         data = bytes(self._bytes)
         self._bytes.clear()
         return data
@@ -115,7 +110,6 @@ class RegisterPort:
             self.status_changes.emit()
 
     def subscribe_sent(self, callback: Callable[[bytes], None]) -> Callable[[], None]:
-        """Call `callback(command)` with each complete command from the host.  Return an unsubscribe function."""
         return self.commands.subscribe(callback)
 
     def subscribe_received(self, callback: Callable[[bytes], None]) -> Callable[[], None]:

@@ -72,11 +72,9 @@ class Line:
         return lambda: self._disturbances.remove(disturbance) if disturbance in self._disturbances else None
 
     def lose(self, characters: int = 1) -> None:
-        """Inject a fault: lose the next characters on the line.  `characters`: number of lost characters."""
         self.disturb(Disturbance(lose, characters))
 
     def double(self, characters: int = 1) -> None:
-        """Inject a fault: the next characters are received twice."""
         self.disturb(Disturbance(double, characters))
 
     def flip(self, mask: int, characters: int = 1) -> None:
@@ -122,7 +120,6 @@ class Line:
             self._append(Frame.of(self.clock.now, sent, item, own=True))
 
     def carry(self, sent: UartFormat, item: int | Break) -> int:
-        """Send a character or a break signal, and return the duration of the transmission in ns."""
         if isinstance(item, Break):
             return self._carry_break(item)
         delayed = self._free_ns and self._free_ns > self.clock.now

@@ -19,7 +19,6 @@ def wire(sender: Uart, receiver: Uart, instant: bool) -> Line:
 
 
 def join(first: Uart, second: Uart, *, instant: bool = False) -> None:
-    """Connect two serial ports in both directions, transmitter to receiver."""
     wire(first, second, instant)
     wire(second, first, instant)
 

@@ -156,14 +156,12 @@ def _connect(address: str) -> None:
 
 
 def version() -> str:
-    """Return the version of axistwin; the cluster calls this function on each worker."""
     from axistwin.core.version import VERSION as HERE
 
     return HERE
 
 
 def perform(setup: bytes, tasks: list[Task], limit_s: float) -> list[Row]:
-    """Run tasks in a separate process on a worker of Dask, and return the results."""
     from distributed import get_worker
 
     if not _processes:

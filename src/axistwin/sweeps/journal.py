@@ -89,7 +89,6 @@ class Journal:
             self.flush()
 
     def flush(self) -> None:
-        """Write the results in memory to a new file, e.g. `part-000002.parquet`."""
         self._written_s = monotonic()
         if not self._rows:
             return
@@ -101,7 +100,6 @@ class Journal:
         self._rows = []
 
     def finish(self) -> None:
-        """Join the part files to one Parquet file that is sorted by run number."""
         if self.complete:
             return
 

@@ -68,7 +68,6 @@ def _draw(figure: "Figure", table: "pa.Table", plan: Mapping[str, Any], names: S
 
 
 def _numbers(values: Sequence[Any]) -> "np.ndarray[Any, np.dtype[np.float64]]":
-    """Convert values to an array: a list becomes its mean, None and infinity become nan."""
     flat = [np.mean(value) if isinstance(value, list) else np.nan if value is None else value for value in values]
     found = np.array(flat, float)
     found[~np.isfinite(found)] = np.nan

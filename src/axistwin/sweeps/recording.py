@@ -105,7 +105,6 @@ class Recording:
         return self._series(self._names[name])
 
     def times(self, sentence: str) -> Times:
-        """Return the times of an event in ascending order."""
         return np.array(self._events[sentence], np.int64)
 
     def energy(self, name: str) -> float:

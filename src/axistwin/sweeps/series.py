@@ -34,7 +34,6 @@ class Series:
         return found
 
     def at(self, times: Times) -> NDArray[Any]:
-        """Return the values of the signal at the given times."""
         found: NDArray[Any] = self.values[np.maximum(np.searchsorted(self.times, times, "right") - 1, 0)]
         return found
 
@@ -44,7 +43,6 @@ class Series:
         return self.values[first : max(int(np.searchsorted(self.times, end_ns, "right")), first + 1)]
 
     def map(self, function: Callable[[NDArray[Any]], NDArray[Any]]) -> "Series":
-        """Return a new signal, with `function` applied to the values of this signal."""
         return Series(self.times, function(self.values), self.end_ns)
 
 

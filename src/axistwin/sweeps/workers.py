@@ -50,7 +50,6 @@ class ThisProcess:
     def __exit__(self, *_: object) -> None: ...
 
     def map(self, tasks: Iterable[Task]) -> Iterator[Row]:
-        """Execute all runs of a sweep one after the other, and yield the results of each run."""
         for number, values in tasks:
             yield self._runner.row(number, values)
 
@@ -224,7 +223,6 @@ class _Worker:
 
 
 def work() -> None:
-    """Main function of a worker process: perform the runs that the parent process requests."""
     tasks, rows = pipes()
     job: Job = pickle.load(tasks)  # noqa: S301  # from our own parent process
     runner = Runner(job)

@@ -34,7 +34,6 @@ MARKER = (
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
-    """Add the option `--axistwin-report` to pytest."""
     parser.getgroup("axistwin").addoption(
         "--axistwin-report",
         metavar="DIR",
@@ -44,7 +43,6 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 
 
 def pytest_configure(config: pytest.Config) -> None:
-    """Register the marker `axistwin` in pytest."""
     config.addinivalue_line("markers", MARKER)
 
 

@@ -199,7 +199,6 @@ class Faults:
         return places.find(found, on, THINGS[kind.on])
 
     def spots(self, on: On, here: str = "") -> dict[str, places.Find]:
-        """Return all parts of the bench (spots) of this type, each under all of its valid names."""
         return places.names(PLACES[on](self.world), here)
 
     def mend(self, name: str) -> None:
@@ -255,7 +254,6 @@ class Faults:
 
 
 def free_name(kind: str, taken: Collection[str]) -> str:
-    """Return the default name of a fault of this kind."""
     candidates = (kind if n == 1 else f"{kind}-{n}" for n in range(1, len(taken) + 2))
     return next(name for name in candidates if name not in taken)
 

@@ -91,7 +91,6 @@ def _text(path: Path) -> str:
 
 
 def scene_program() -> Program:
-    """Return a `Program` of a scene's hosts, stored programs and script, for a run without a program."""
     return Program(_run_scene)
 
 

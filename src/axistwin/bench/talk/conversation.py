@@ -135,7 +135,6 @@ def is_conversation(lines: Sequence[str]) -> bool:
 
 
 def named_model(lines: Iterable[str]) -> str:
-    """Return the controller model in the headers of a conversation, or "" if the headers contain no model."""
     for line in lines:
         if line.strip() and not line.lstrip().startswith(";"):
             break

@@ -66,7 +66,6 @@ class Recorder:
         self._began_at = {(name, axis): motor.position for name, axis, motor in _axes(bench)}
 
     def record(self, event: events.Event) -> None:
-        """Record an event."""
         match event:
             case events.Received():
                 self._received(event)
@@ -104,7 +103,6 @@ class Recorder:
 
     @property
     def silent_ns(self) -> int:
-        """Time in ns since the last character was received."""
         return self.bench.now - self._last_ns
 
     @property

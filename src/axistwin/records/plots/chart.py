@@ -99,7 +99,6 @@ class Chart:
     faults: list[Fault] = field(default_factory=list)
 
     def add_faults(self, faults: Iterable[Fault]) -> None:
-        """Add simulated faults to the chart.  Faults outside the time range of the chart are left out."""
         seen = (f for f in faults if f.begin_ns <= self.to_ns and (f.end_ns is None or f.end_ns >= self.from_ns))
         self.faults += sorted(seen, key=lambda fault: (fault.begin_ns, fault.name))
 
@@ -117,7 +116,6 @@ def span(begin_ns: int, end_ns: int, times: Sequence[int]) -> tuple[int, int, in
 
 
 def held(times: "NDArray[np.int64]", values: "NDArray[Any]", from_ns: int, to_ns: int) -> Curve:
-    """Return the curve of a signal between the times `from_ns` and `to_ns`."""
     first = max(int(np.searchsorted(times, from_ns, "right")) - 1, 0)
     last = int(np.searchsorted(times, to_ns, "right"))
     seen = values[first:last] if last > first else values[first : first + 1]

@@ -141,14 +141,12 @@ def in_units(panel: Panel, units: MachineUnits) -> Panel:
 
 
 def states(track: Track, from_ns: int, to_ns: int) -> list[Word]:
-    """Return the texts that are valid at any time from `from_ns` to `to_ns`."""
     found = [Word(time_ns, str(text)) for time_ns, text in zip(track.times, track.values, strict=True)]
     before = [state for state in found if state.time_ns <= from_ns][-1:]
     return before + [state for state in found if from_ns < state.time_ns <= to_ns]
 
 
 def faults(track: Track) -> Iterator[Fault]:
-    """Yield the faults in a signal whose values are lists of active faults, e.g. `jam, lose`."""
     there: dict[str, int] = {}
     for time_ns, text in zip(track.times, track.values, strict=True):
         names = [name for name in str(text).split(", ") if name]
@@ -173,7 +171,6 @@ def messages(track: Track) -> list[Word]:
 
 
 def difference(of: Track, less: Track, span: tuple[int, int]) -> Curve:
-    """Return the difference of two signals, the first minus the second, as a curve."""
     (times, values), (others, those) = of.columns(), less.columns()
     both = np.union1d(times, others)
     here = np.maximum(np.searchsorted(times, both, "right") - 1, 0)

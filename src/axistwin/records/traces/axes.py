@@ -36,11 +36,9 @@ class StepperTrace:
         return values.get(name, 0)
 
     def count(self, since_ns: int, before_ns: int) -> int:
-        """Return the number of pulses from `since_ns` up to, but not including, `before_ns`."""
         return sum(last - first + 1 for _, first, last in self._moves(since_ns, before_ns))
 
     def parts(self, since_ns: int, before_ns: int) -> list[Part]:
-        """Return the changes of all traced signals from `since_ns` up to, but not including, `before_ns`."""
         moves = list(self._moves(since_ns, before_ns))
         found = []
         if "direction" in self._places:
@@ -66,7 +64,6 @@ class StepperTrace:
     def _velocities(
         self, moves: list[tuple[Move, int, int]], since_ns: int, before_ns: int
     ) -> Iterator[tuple[int, float]]:
-        """Yield each change of the axis velocity.  Of several changes at the same time, only the last is yielded."""
         changes = (change for move, _, _ in moves for change in _rates(move))
         rates = {time_ns: rate for time_ns, rate in changes if since_ns <= time_ns < before_ns}
         for time_ns, rate in rates.items():

@@ -95,7 +95,6 @@ class Rows:
         self.waiting += len(columns[0])
 
     def take(self, before_ns: int) -> "list[NDArray[np.int64]]":
-        """Remove and return the rows before `before_ns`."""
         if not self._blocks:
             return [np.empty(0, np.int64)] * self._columns
         columns = [np.concatenate(column) for column in zip(*self._blocks, strict=True)]

@@ -31,7 +31,6 @@ SCENE = ".toml"
 
 
 def kind_of(program: Path, made: Product | None = None) -> str:
-    """Return the suffix that says how a program is read: its own, or else that of the model's programs."""
     return form_of(program, made.model if made else "")
 
 
@@ -137,7 +136,6 @@ def load(program: Path, made: Product | None = None) -> str:
 
 
 def as_diagnostic(error: PlacedError) -> Diagnostic:
-    """Return a diagnostic with the message, the line and the column of an error in a file."""
     line, column = error.line or 1, error.column or 1
     end = column + error.width
     fix = None
@@ -246,7 +244,6 @@ def _line(act: Say) -> Iterator[Sent]:
 
 
 def _characters(codes: Iterable[int], line: int) -> Iterator[Sent]:
-    """Yield the characters of a line with their columns, and then a CR.  The CR has the width 0."""
     column = 0
     for column, code in enumerate(codes, start=1):
         yield Sent(code, line, column)

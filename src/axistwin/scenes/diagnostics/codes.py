@@ -51,7 +51,6 @@ def as_dict(rule: Rule) -> dict[str, Any]:
 
 
 def explained(rule: Rule) -> Iterator[str]:
-    """Yield the code, title, explanation and example of a rule as lines of text."""
     yield f"{rule.code}  {rule.title} ({rule.severity})"
     yield f"  {rule.explanation}"
     yield f"  Manual: {rule.chapter}"

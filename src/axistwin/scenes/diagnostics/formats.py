@@ -34,7 +34,6 @@ class Checked:
 
 
 def as_text(checked: Checked, excerpts: bool) -> Iterator[str]:
-    """Yield one line of text per diagnostic.  `excerpts` adds the wrong line of the file."""
     lines = checked.text.splitlines() if excerpts else []
     for each in checked.found:
         place = click.style(f"{checked.shown}:{each.line}:{each.column}:", bold=True)

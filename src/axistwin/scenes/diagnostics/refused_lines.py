@@ -53,7 +53,6 @@ class RefusedLines:
         return stack.close
 
     def close(self) -> None:
-        """Tell the repetitions that have not been told yet."""
         for port, lines in self._refused.items():
             for line in lines.values():
                 if (line.count > 1 or not line.text) and not line.due:

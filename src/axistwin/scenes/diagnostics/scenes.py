@@ -56,7 +56,6 @@ def _errors(file: Path, text: str) -> list[SceneError]:
 
 
 def _build_errors(source: Source) -> list[SceneError]:
-    """Return the errors of building the scene without its state directories, so that no files are written."""
     contents = source.contents()
     for table in contents.controller:
         table.state = None

@@ -4,7 +4,6 @@ from collections.abc import Iterable, Iterator
 
 
 def columns(rows: Iterable[Iterable[str]]) -> Iterator[str]:
-    """Yield one line of text per row; each column is as wide as its widest cell."""
     cells = [tuple(row) for row in rows]
     widths = [max(map(len, column)) for column in zip(*cells, strict=True)]
     for row in cells:

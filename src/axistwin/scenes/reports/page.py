@@ -63,7 +63,6 @@ def write_page(page: Page, path: Path) -> None:
 def of_recorded_files(
     title: str, verdict: str, good: bool, details: Sequence[str], conversation: Path, trace: Path
 ) -> Page:
-    """Return the report page of a run from its recorded conversation and its trace file."""
     from axistwin.records.plots.trace_chart import of_trace
     from axistwin.records.traces.reading import read
 

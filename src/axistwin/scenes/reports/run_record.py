@@ -56,7 +56,6 @@ class Move:
 
     @property
     def start_ns(self) -> int:
-        """Virtual time in ns at the start of the move."""
         return self.train_move.start_ns
 
     @property
@@ -67,7 +66,6 @@ class Move:
 
     @property
     def origin(self) -> int:
-        """Position before the move, in pulses."""
         return self.train_move.origin
 
     @property
@@ -101,7 +99,6 @@ class RunRecord:
     _open: dict[tuple[str, bool], Message] = field(default_factory=dict)
 
     def record(self, event: Event) -> None:
-        """Add an event to the record, e.g. a message or a level change."""
         if isinstance(event, LevelChanged):
             self.changes.append(event)
         elif isinstance(event, FaultChanged):
@@ -121,7 +118,6 @@ class RunRecord:
 
     @property
     def complete(self) -> bool:
-        """True if the record contains all events and all moves of the run."""
         lost = any(axis.train.forgotten for _, _, axis in self._steppers()) or any(s.forgotten for s in self.servos)
         return max(len(self.said), len(self.changes), len(self.turned), len(self.faults)) < LENGTH and not lost
 
@@ -170,7 +166,6 @@ class RunRecord:
 
 @contextmanager
 def recording_run(bench: Bench) -> Iterator[RunRecord]:
-    """Context manager that records the events and the servo moves of a simulation."""
     run = RunRecord(bench, bench.now)
     with ExitStack() as stack:
         run.observe_servos(stack)

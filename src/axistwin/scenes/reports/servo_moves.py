@@ -41,7 +41,6 @@ class ServoMove:
 
     @property
     def now_ns(self) -> int:
-        """Time of the last recorded position, in ns of virtual time."""
         return self.last_ns
 
     @property
@@ -168,7 +167,6 @@ class ServoMoves:
         self.moves[-1].units = self.axis.units
 
     def _close(self) -> None:
-        """End the latest move; delete the move if its motion is only jitter."""
         if self.moves:
             self.moves[-1].end_ns = self.moves[-1].last_ns
             if not self.moves[-1].is_significant:

@@ -421,7 +421,6 @@ class Session:
         self.pacer.advance_slice(lambda _: self.bench.clock.run_to(time_ns))
 
     async def _advance_to(self, time_ns: int) -> None:
-        """Advance virtual time to `time_ns` without stopping at breakpoints."""
         since_ns = self.bench.now
         for each in self.breaks:
             each.suspend()

@@ -44,7 +44,6 @@ class StepObserver:
 
     @property
     def seen(self) -> bool:
-        """True if the event that ends the simulation step has already happened."""
         return self._seen or (self.kind != "statement" and self._movements() != self._moving)
 
     def end_message(self) -> None:
@@ -52,7 +51,6 @@ class StepObserver:
         self._seen = self._seen or self._talk is not None
 
     def _see_event(self, event: Event) -> None:
-        """End the step at an event; all characters of one message count as one event."""
         if not isinstance(event, Sent | Received) or endpoints.at_a_bus(self.bench, event.controller):
             self._seen = True
             return

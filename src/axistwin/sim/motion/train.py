@@ -65,7 +65,6 @@ class Train:
         self.move.profile = profile
 
     def moving(self, now_ns: int) -> bool:
-        """Return True while the latest move is in progress."""
         return not self.move.profile.over(now_ns - self.move.start_ns)
 
     def move_at(self, time_ns: int) -> Move:
