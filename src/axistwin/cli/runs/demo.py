@@ -33,11 +33,7 @@ NEXT = (
 
 @click.command()
 @click.option(
-    "--plot",
-    type=FILE,
-    default=Path("axistwin-demo.png"),
-    show_default=True,
-    help="The picture: FILE.png or FILE.svg.",
+    "--plot", type=FILE, default=Path("axistwin-demo.png"), show_default=True, help="The picture: FILE.png or FILE.svg."
 )
 def demo(plot: Path) -> None:
     """Run a short demonstration of all emulated controllers.

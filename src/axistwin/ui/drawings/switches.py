@@ -25,10 +25,7 @@ class Switches:
         self.outputs = [name for name, pin in controller.pins.items() if pin.is_output and LAMPS.match(name)]
         self._name = controller.name
         self.drawing = Drawing(
-            f"switches {controller.name}",
-            "switchboard",
-            self._art(),
-            lambda name: press(name, action(self._pin(name))),
+            f"switches {controller.name}", "switchboard", self._art(), lambda name: press(name, action(self._pin(name)))
         )
         self._pins = controller.pins
 

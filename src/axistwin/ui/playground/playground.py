@@ -170,11 +170,7 @@ class Playground:
             "port": on_a_bus(controller) or name in self._now.bench.ports,
             "suffix": next(suffix for suffix, model in MODELS.items() if FAMILIES[model] == family),
             "axes": [
-                {
-                    "name": f"{name}.{axis}",
-                    "unit": found.unit,
-                    "limits": list(found.limits) if found.limits else None,
-                }
+                {"name": f"{name}.{axis}", "unit": found.unit, "limits": list(found.limits) if found.limits else None}
                 for axis, found in controller.axes.items()
             ],
             "drawings": self._pictures.overview(name),

@@ -68,11 +68,7 @@ class LineEditor:
     """Line editor that reads lines from the user until the end of the input."""
 
     def __init__(
-        self,
-        end: "VirtualEnd | None",
-        kept: History,
-        source: Input | None = None,
-        target: Output | None = None,
+        self, end: "VirtualEnd | None", kept: History, source: Input | None = None, target: Output | None = None
     ) -> None:
         self._end = end
         self.interrupted = False
