@@ -1,8 +1,7 @@
 """The command line: `axistwin COMMAND`.  The module of a command is imported when the command is used.
 
 Results go to stdout, messages to stderr; with --json an error is a JSON object on stderr.  Exit codes: 0 done, 1 errors
-in
-the checked or executed program, 2 wrong usage (a missing file or port too), 130 interrupted.
+in the checked or executed program, 2 wrong usage (a missing file or port too), 130 interrupted.
 """
 
 import errno
@@ -31,11 +30,9 @@ class Command(NamedTuple):
 
     @property
     def module(self) -> str:
-        """Name of the Python module of the command, e.g. `stand_in` for the command `stand-in`."""
         return self.name.replace("-", "_")
 
     def load(self) -> click.Command:
-        """Import the module of the command, and return the `click.Command` of the module."""
         loaded: click.Command = getattr(import_module(f"{__package__}.{self.folder}.{self.module}"), self.module)
         return loaded
 
@@ -93,11 +90,9 @@ class LazyGroup(click.Group):
     """The commands of `axistwin`; the module of a command is imported only when it is needed."""
 
     def list_commands(self, ctx: click.Context) -> list[str]:  # noqa: ARG002
-        """Return the names of all commands in the order of the help text."""
         return list(COMMANDS)
 
     def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:  # noqa: ARG002
-        """Import and return the command with the given name, or return None for an unknown name."""
         return COMMANDS[cmd_name].load() if cmd_name in COMMANDS else None
 
     def resolve_command(
@@ -146,12 +141,10 @@ def axistwin() -> None:
 
 
 def main(arguments: list[str] | None = None) -> None:
-    """Run the program `axistwin`, and exit with its exit code."""
     sys.exit(execute(arguments))
 
 
 def execute(arguments: list[str] | None = None) -> int:
-    """Run the program `axistwin`, and return its exit code."""
     if sys.stdout is None:  # The program was started without a standard output.
         sys.stdout = open(os.devnull, "w")  # noqa: SIM115  # open until the program ends
     _prepare_output()

@@ -34,13 +34,11 @@ def faults(as_json: bool) -> None:
 
 
 def rows() -> Iterator[tuple[str, ...]]:
-    """Yield the table of faults, one row for each kind of fault."""
     for kind in KINDS.values():
         yield kind.name, THINGS[kind.on], " ".join(_parameters(kind)), kind.doc
 
 
 def as_dict(kind: Kind) -> dict[str, Any]:
-    """Return a kind of fault for `--json`."""
     parameters = [
         {"name": p.name, "unit": p.unit, "wanted": p.wanted, "default": p.default, "optional": p.optional, "doc": p.doc}
         for p in kind.parameters

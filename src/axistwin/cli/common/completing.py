@@ -32,14 +32,12 @@ complete_trace = _of((), TRACES)
 
 
 def complete_example(ctx: click.Context, param: click.Parameter, incomplete: str) -> list[str]:  # noqa: ARG001
-    """Complete the name of an example: return all names that begin with the typed text."""
     from axistwin.ui.guide.shipped import examples
 
     return [name for name in examples() if name.startswith(incomplete)]
 
 
 def complete_page(ctx: click.Context, param: click.Parameter, incomplete: str) -> list[str]:  # noqa: ARG001
-    """Complete the name of a documentation page: return all names that begin with the typed text."""
     from axistwin.ui.guide.pages import names
 
     return [name for name in names() if name.startswith(incomplete)]

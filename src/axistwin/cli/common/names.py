@@ -6,6 +6,5 @@ from axistwin.core.errors import UsageError, most_similar
 
 
 def unknown(kind: str, name: str, names: Collection[str]) -> UsageError:
-    """Return an error for an unknown name; its message suggests valid names."""
     near = most_similar(name.lower(), names)
     return UsageError(f"no {kind} {name!r}: {f'did you mean {near}?' if near else 'expected ' + ', '.join(names)}")

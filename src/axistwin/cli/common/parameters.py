@@ -15,7 +15,6 @@ class ProgramFile(click.Path):
     """Type of a parameter that is a file, or `-` for the standard input."""
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
-        """Return the path of a file, or `STANDARD_INPUT`."""
         return STANDARD_INPUT if str(value) == "-" else super().convert(value, param, ctx)
 
 
@@ -30,7 +29,6 @@ class Number(click.FloatRange):
     """Type of a command-line parameter that is a finite number within limits."""
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float:
-        """Convert the text of a command-line parameter to a number."""
         try:
             number = real(value) if isinstance(value, str) else value
         except NumberError as error:
@@ -45,7 +43,6 @@ class Size(click.ParamType[Any]):
     name = "size"
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
-        """Convert the text of a command-line parameter to a size in bytes.  Return None for the text `none`."""
         text = str(value).strip().lower()
         if text == "none":
             return None

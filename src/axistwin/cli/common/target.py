@@ -9,7 +9,6 @@ from axistwin.core.errors import UsageError
 
 
 def bench_for(target: str, options: Iterable[str] = (), state: Path | None = None) -> Bench:
-    """Build and return the controllers that the user has named: one model, or all controllers of a scene."""
     options = tuple(options)
     if not target.endswith(".toml"):
         bench = Bench()

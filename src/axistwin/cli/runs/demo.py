@@ -112,7 +112,6 @@ def three_motors(if1: "_Session") -> None:
 
 
 def power_cut() -> None:
-    """Store a sequence in an IF2, lock it, and remove its power and its host."""
     bench = Bench()
     if2 = _Session(bench, bench.add("if2", wiring="3-wire"))
     _chapter("An IF2 keeps its sequence through a power cut, and then needs no host")
@@ -139,7 +138,6 @@ def power_cut() -> None:
 
 
 def two_registers() -> None:
-    """Send commands to an 1811 through its two bus registers, and move its motor."""
     bench = Bench()
     board = _BoardSession(bench, bench.add("1811"))
     _chapter("An 1811 has two registers on a Multibus, and is controlled by opcodes")
@@ -154,7 +152,6 @@ def two_registers() -> None:
 
 
 def motor_with_a_language() -> None:
-    """Show how a SmartMotor moves, stops at a limit switch, and reports a position error when its shaft is blocked."""
     bench = Bench()
     motor = _MotorSession(bench, bench.add("smartmotor", shaft={"motor": "frame23", "limits": (-1000, 9000)}))
     _chapter("A SmartMotor is a servo motor with a language of its own")

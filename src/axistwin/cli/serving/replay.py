@@ -69,7 +69,6 @@ def replay(
 
 
 def table(comparison: Comparison, *, brief: bool = False) -> Iterator[str]:
-    """Yield the lines of a table that compares each reply of the twin with the recorded reply."""
     acts = comparison.different if brief else comparison.acts
     if not acts:
         return
@@ -102,7 +101,6 @@ def _difference(act: Compared) -> Iterator[str]:
 
 
 def summary(comparison: Comparison) -> Iterator[str]:
-    """Yield the lines of the summary: number of differences, and delays of the twin."""
     count, different = len(comparison.acts), len(comparison.different)
     yield f"{count} {'act' if count == 1 else 'acts'} of the controller, {different or 'none'} different in bytes"
     worst = comparison.worst

@@ -34,7 +34,6 @@ _OPTIONS = [
 
 
 def options(command: F) -> F:
-    """Add the options of both commands."""
     for option in reversed(_OPTIONS):
         command = option(command)
     return command
@@ -82,7 +81,6 @@ class Wanted:
         )
 
     async def machine(self) -> "Machine":
-        """Return a `Machine` with one controller at a port, or with all controllers of a scene."""
         # Import the drivers only when needed, because the drivers load slowly.
         from axistwin.real.integrations import at_port, of_scene
 

@@ -34,7 +34,6 @@ class Drawing:
             self._changes.append((part, _MOVE if smooth else "jump", transform))
 
     def write(self, part: str, text: str) -> None:
-        """Set the text of an SVG or HTML element of the drawing, e.g. of a label."""
         self.put(part, "text", text)
 
     def flag(self, part: str, kind: str, on: bool) -> None:

@@ -31,7 +31,6 @@ def readout(part: str, label: str, of: str = "") -> str:
 
 
 def readouts(*rows: str) -> str:
-    """Return the HTML of a list of readouts; each row is the HTML of one readout."""
     return f'<dl class="readouts">{"".join(rows)}</dl>'
 
 

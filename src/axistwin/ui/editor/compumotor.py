@@ -27,7 +27,6 @@ class Commands:
         self.names = {name_of(command): command for command in made.commands if isinstance(command, Opcode)}
 
     def hover(self, lines: list[str], line: int, at: int) -> Hover | None:
-        """Return the meaning of the command on a line; the parameter under the cursor is emphasised."""
         return self.hover_at(_command(lines[line - 1]), at)
 
     def hover_at(self, text: str, at: int, offset: int = 0) -> Hover | None:
@@ -41,7 +40,6 @@ class Commands:
         return Hover(explain(command, self._parameter(command, text, here)), offset + begin, offset + end)
 
     def complete(self, lines: list[str], line: int, at: int) -> list[Item]:
-        """Return the commands that the board accepts next, or the possible values of a parameter."""
         text = lines[line - 1][:at]
         if ";" in text or text.lstrip().startswith(("+", "!")):
             return []

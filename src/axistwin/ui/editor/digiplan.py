@@ -21,7 +21,6 @@ class CommandLines:
         return hover(_message(lines[line - 1]), at)
 
     def complete(self, lines: list[str], line: int, at: int) -> list[Item]:
-        """Return the commands that the user may type at the cursor."""
         text = lines[line - 1][:at]
         return [] if ";" in text or _message(text) != text else following(text)
 

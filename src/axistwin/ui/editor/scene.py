@@ -46,7 +46,6 @@ class Scenes:
         return Hover(f"**{path[-1]}** {_description(found)}", word.start(), until)
 
     def complete(self, lines: list[str], line: int, at: int) -> list[Item]:
-        """Return the completions at the cursor: tables, keys, or values of a key."""
         text = lines[line - 1][:at]
         if "#" in text:
             return []

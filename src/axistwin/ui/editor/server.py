@@ -118,7 +118,6 @@ def did_open(server: Server, params: lsp.DidOpenTextDocumentParams) -> None:
 
 
 def did_change(server: Server, params: lsp.DidChangeTextDocumentParams) -> None:
-    """Check a document again after a change of its text."""
     server.publish_soon(params.text_document.uri)
 
 
@@ -168,7 +167,6 @@ def _item(item: Item, number: int) -> lsp.CompletionItem:
 
 
 def symbols(server: Server, params: lsp.DocumentSymbolParams) -> list[lsp.DocumentSymbol]:
-    """Return the named parts of a document, e.g. its labels and sequences."""
     text = server.text(params.text_document.uri)
     found = text.editing.symbols(text.lines) if text.editing is not None else []
     return [_symbol(text, each) for each in found]
@@ -199,7 +197,6 @@ def definition(server: Server, params: lsp.DefinitionParams) -> lsp.Location | N
 
 
 def references(server: Server, params: lsp.ReferenceParams) -> list[lsp.Location]:
-    """Return all positions in the text at which the label under the cursor is defined or called."""
     text = server.text(params.text_document.uri)
     line, at = text.at(params.position)
     editing = text.editing

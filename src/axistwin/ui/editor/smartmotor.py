@@ -103,7 +103,6 @@ class SourceEditing:
         return hover(statement.text, at - begin, begin, source)
 
     def complete(self, lines: list[str], line: int, at: int) -> list[Item]:
-        """Return the commands, values, variables or labels that are valid at the cursor."""
         text = lines[line - 1][:at]
         source = Source(tuple(lines))
         return [] if _COMMENT.match(text) else following(text, source, source.open_blocks(line, at))
@@ -125,7 +124,6 @@ class SourceEditing:
         ]
 
     def symbols(self, lines: list[str]) -> list[Symbol]:
-        """Return the labels of a program, each with the lines up to the next label."""
         source = Source(tuple(lines))
         listed = sorted((place, label) for label, place in source.labels.items())
         last = (len(lines), len(lines[-1]) + 1), -1

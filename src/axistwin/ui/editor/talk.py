@@ -32,7 +32,6 @@ class Conversations:
     """Language support for conversations (`.talk` files)."""
 
     def hover(self, lines: list[str], line: int, at: int) -> Hover | None:
-        """Return the meaning of data, of a pin or axis, or of the character at the beginning of the line."""
         found = _LINE.match(lines[line - 1])
         if found is None:
             return None
@@ -45,7 +44,6 @@ class Conversations:
         return _data_hover(made, found["rest"], at - begin, begin) if found["mark"] == ">" else None
 
     def complete(self, lines: list[str], line: int, at: int) -> list[Item]:
-        """Return the completions at the cursor, e.g. commands, pins or levels."""
         text = lines[line - 1][:at]
         found = _LINE.match(text)
         if found is None:

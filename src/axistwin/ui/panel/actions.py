@@ -36,7 +36,6 @@ class ActionQueue:
 
     @property
     def state(self) -> State:
-        """Present state of the session, e.g. busy."""
         if self.busy or self._waiting:
             return State.BUSY
         return State.RUNNING if self._session.running and not self._idle else State.QUIET

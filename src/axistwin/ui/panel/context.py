@@ -81,7 +81,6 @@ class Context:
 
     @property
     def bench(self) -> Bench:
-        """The session's simulation: its controllers and their machines."""
         return self.session.bench
 
     @property

@@ -49,7 +49,6 @@ async def release(elements: Iterable[ui.element]) -> None:
 
 
 def _cut(element: ui.element) -> None:
-    """Remove the references of an element that form cycles."""
     for part in (element._classes, element._style, element._props):
         part._change_handlers.clear()
     if isinstance(element, ValueElement):

@@ -157,7 +157,6 @@ def _text(*place: str) -> str:
 
 
 def build_views(context: Context) -> Iterator[Refresh]:
-    """Build the web page.  Yield one update function for each section of the page."""
     yield from _header(context)
     yield from _body(context)
 

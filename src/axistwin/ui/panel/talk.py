@@ -61,11 +61,9 @@ class Printer:
         self._ended = False
 
     def end_line(self) -> None:
-        """End the present line; the next event begins a new line."""
         self._by_host = None
 
     def text(self, said: Iterable[Utterance]) -> str:
-        """Convert the next events to text."""
         return "".join(part for utterance in said for part in self._parts(utterance))
 
     def _parts(self, said: Utterance) -> Iterator[str]:

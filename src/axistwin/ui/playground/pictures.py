@@ -40,7 +40,6 @@ class Pictures:
         return {name: changes for name, changes in taken.items() if changes}
 
     def click(self, drawing: str, part: str) -> None:
-        """Perform the action of a part of a drawing that the user has clicked."""
         for machine in self._of.values():
             for _, each in machine.drawings():
                 if each.name == drawing:

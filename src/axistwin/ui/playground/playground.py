@@ -185,8 +185,7 @@ class Playground:
     def advance(self, until_ns: int, budget_s: float, from_ns: int = 0) -> dict[str, Any]:
         """Advance virtual time to `until_ns`, and return the state.
 
-        The computation takes at most `budget_s` seconds of real time.
-        The curves in the state begin at `from_ns`.
+        The computation takes at most `budget_s` seconds of real time.  The curves in the state begin at `from_ns`.
         """
         session = self._now
         ends_s = perf_counter() + budget_s
@@ -258,7 +257,6 @@ class Playground:
         self._now.do(name, target, value)
 
     def click(self, drawing: str, part: str) -> None:
-        """Perform the action for a mouse click on a part of a drawing, e.g. on a switch."""
         self._pictures.click(drawing, part)
 
     def load(self, name: str, file: str, text: str) -> None:

@@ -138,6 +138,5 @@ class CompumotorGuide(Guide):
             yield Wait(S)
 
     def words(self) -> list[Term]:
-        """Return the names of the commands that the terminal can complete, with their meanings."""
         opcodes = (each for each in self.controller.product.commands if isinstance(each, Opcode))
         return [Term(name_of(each), f"{each.opcode:02X}h {each.name}", each.syntax) for each in opcodes]

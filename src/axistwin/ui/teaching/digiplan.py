@@ -50,7 +50,6 @@ class DigiplanGuide(Guide):
         return self.value("state") == Stage.READY.value
 
     def reasons(self) -> Iterator[Reason]:
-        """Yield each reason why the interface cannot start a move, e.g. an open limit input."""
         controller = self.controller
         if not controller.powered:
             yield Reason("the power is off", self.remedies.power("on"))

@@ -82,7 +82,6 @@ def runs_moves(it: Evidence) -> bool:
 
 
 def level(pin: str, high: bool) -> Check:
-    """Return a check: the terminal has this level."""
     return lambda it: it.controller.pins[pin].level is high
 
 
@@ -91,7 +90,6 @@ def both(first: Check, second: Check) -> Check:
 
 
 def register(name: str, value: int | str) -> Check:
-    """Return a condition that is true if the register `name` has the given value."""
     return lambda it: it.controller.registers[name].read() == value
 
 

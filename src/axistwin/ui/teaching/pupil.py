@@ -39,7 +39,6 @@ class Pupil:
 
     @property
     def finished(self) -> bool:
-        """True after the last step of the lesson."""
         return self.step == len(self.lesson.steps)
 
     @property
@@ -49,7 +48,6 @@ class Pupil:
 
     @property
     def solution(self) -> tuple[str, ...]:
-        """Lines that the user can type to solve the current task."""
         return () if self.finished else self.lesson.steps[self.step].solution
 
     def check(self) -> bool:
@@ -78,5 +76,4 @@ class Pupil:
         return "\n".join(self._codec.show(each) for each in data)
 
     def close(self) -> None:
-        """Stop observing the events of the simulation."""
         self._stack.close()

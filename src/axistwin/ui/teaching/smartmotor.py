@@ -38,7 +38,6 @@ class SmartMotorGuide(Guide):
         return self.controller.powered and self.controller.ignoring in ("", NOT_ADDRESSED)
 
     def reasons(self) -> Iterator[Reason]:
-        """Yield each reason why the motor cannot start a move, e.g. an active limit."""
         if not self.controller.powered:
             yield Reason("the power is off", self.remedies.power("on"))
             return
@@ -121,7 +120,6 @@ class SmartMotorGuide(Guide):
         return found.name.removeprefix("report ") if found is not None else ""
 
     def number(self, value: int) -> Iterator[str]:
-        """Yield the meaning of each bit that is 1 in a status word."""
         if 0 <= value <= 0xFFFF:
             yield "as status word W, bit by bit:"
             for lamp in self.lamps("RW"):
@@ -146,7 +144,6 @@ class SmartMotorGuide(Guide):
             yield Wait(STARTED)
 
     def words(self) -> list[Term]:
-        """Return the commands that a host may send to a SmartMotor."""
         return [
             Term(str(each.code).rstrip("np"), each.name, each.syntax)
             for each in self.controller.product.commands

@@ -39,7 +39,6 @@ class Tutor:
     # Comments
 
     def sending(self, line: bytes) -> list[str]:
-        """Return explanations of the line of text that the host is about to send."""
         if not line:
             return []
         self._request, self._ignored = line, ""
@@ -67,13 +66,11 @@ class Tutor:
         return comments
 
     def unreadable(self, error: PlacedError) -> list[str]:
-        """Return comments on a line that cannot be sent, because it is not a valid command."""
         return [self._rule(error.code).explanation] if error.code and self._once(error.code) else []
 
     # Questions
 
     def why(self) -> list[str]:
-        """Return the reasons why a move cannot start, each with its remedy."""
         moving = {name: axis for name, axis in self.controller.axes.items() if axis.moving}
         reasons = self._reasons()
         # A SmartMotor without acceleration or velocity has a trajectory in progress, but never turns.
@@ -82,11 +79,9 @@ class Tutor:
         return reasons or ["a move is possible: try", *self._suggested(1)]
 
     def next(self) -> list[str]:
-        """Return suggestions for lines that the user may type next, with their meanings."""
         return self._reasons()[:1] or self._suggested(3)
 
     def explain(self, words: str) -> list[str]:
-        """Return the meaning of a code, a number, a command, a terminal or a register."""
         words = words.strip() or self._request.strip().decode("latin-1")
         found = list(self._explanations(words))
         if found:
@@ -96,7 +91,6 @@ class Tutor:
         return [f"no meaning known for {words!r}" + (f": did you mean {' or '.join(close)}?" if close else "")]
 
     def initialisation(self) -> Iterator[Act]:
-        """Yield the actions that make the controller ready; each must be performed before the next."""
         return self.guide.initialisation()
 
     def words(self) -> list[Term]:

@@ -79,7 +79,6 @@ class LocalCommands:
         return self._virtual.inspect(lambda: tutor.sending(data))
 
     def asides_about(self, error: ProgramError) -> list[str]:
-        """Return lines that explain to the user why typed text cannot be sent to the controller."""
         return [] if self._virtual is None or not self._virtual.tutor.on else self._virtual.tutor.unreadable(error)
 
     def check_lesson(self) -> bool:

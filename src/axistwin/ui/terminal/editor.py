@@ -101,7 +101,6 @@ class LineEditor:
             self._session.app.exit(exception=EOFError())
 
     def status(self) -> HTML:
-        """Return the status line: time, positions, state, and the meaning of the command at the cursor."""
         assert self._end is not None, "a port has no status line"
         text = self._session.default_buffer.document.text_before_cursor
         hint = meaning_of(self._end.tutor, text)

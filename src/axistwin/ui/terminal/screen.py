@@ -68,13 +68,11 @@ class Screen:
         self._write(PROMPT + "".join(map(self._word, data)) + "\n")
 
     def show(self, *lines: str) -> None:
-        """Show the terminal program's own messages to the user, one per line."""
         self._fresh()
         self._write("".join(f"{line}\n" for line in lines))
         self.prompt()
 
     def aside(self, *lines: str) -> None:
-        """Show explanations, e.g. of a command, as grey text in the terminal window."""
         if lines:
             self.show(*(f"{DIM}  {line}{NORMAL}" if self.colours else f"  {line}" for line in lines))
 

@@ -58,7 +58,6 @@ class VirtualEnd(ABC):
 
     @property
     def status(self) -> str:
-        """Return one line of text with the virtual time, the axis positions and the controller's state."""
         return self.inspect(self._status)
 
     def inspect(self, read: Callable[[], T]) -> T:
@@ -82,7 +81,6 @@ class VirtualEnd(ABC):
         await self._advance(lambda: self.bench.clock.quiet or self.bench.now >= until_ns)
 
     async def wait(self, seconds: float) -> None:
-        """Wait for a number of seconds of virtual time."""
         pacer = self.session.pacer
         if pacer.speed is None:
             pacer.sync()
@@ -100,7 +98,6 @@ class VirtualEnd(ABC):
         unsubscribe()
 
     def close(self) -> None:
-        """Switch off the controller, and unsubscribe from the controller's data."""
         self.session.pause()
         self._unsubscribe()
         self.controller.power(False)
@@ -160,7 +157,6 @@ class BoardEnd(VirtualEnd):
 
 
 def virtual_end(session: Session, screen: Screen) -> VirtualEnd:
-    """Return the connection of a screen to the only controller of a session."""
     if on_a_bus(next(iter(session.bench.controllers.values()))):
         return BoardEnd(session, screen.show, screen.aside)
     return SerialEnd(session, screen.show_received, screen.aside)

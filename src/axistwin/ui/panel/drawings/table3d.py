@@ -51,7 +51,6 @@ class Table3D:
         self._drill(trail, tool)
 
     def turn(self, degrees: float) -> None:
-        """Turn the camera around the vertical axis by an angle in degrees."""
         self._angle += degrees
         round_it = radians(self._angle)
         x, y = DISTANCE * sin(round_it), -DISTANCE * cos(round_it)

@@ -48,7 +48,6 @@ class Cursors:
 
     @property
     def active_ns(self) -> int | None:
-        """Time of the active cursor; None if the active cursor is not set."""
         return self.a_ns if self.active == "a" else self.b_ns
 
 
@@ -243,7 +242,6 @@ class Screen:
         self.cursors.set(self.cursors.active, moved_ns)
 
     def jump_cursor(self, forward: bool) -> None:
-        """Move the active cursor to the next or the previous edge of a shown signal."""
         at_ns = self.cursors.active_ns
         at_ns = self.time_at(0.5) if at_ns is None else at_ns
         edge = next_edge(self.tracks.values(), at_ns, self.record.now_ns if forward else 0)

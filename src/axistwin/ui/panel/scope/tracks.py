@@ -53,12 +53,10 @@ class Rows(NamedTuple):
 
 
 def changes(times: Times, values: Numbers) -> Rows:
-    """Convert the changes of a signal to a table with one row for each change."""
     return Rows(times, times, values, values, values, values, ZEROS[: len(values)])
 
 
 def joined(parts: list[Rows]) -> Rows:
-    """Return one table that contains the rows of all given tables, in the given order."""
     return parts[0] if len(parts) == 1 else Rows(*(np.concatenate(column) for column in zip(*parts, strict=True)))
 
 

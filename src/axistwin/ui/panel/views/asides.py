@@ -35,11 +35,9 @@ class Asides:
 
     @property
     def on(self) -> bool:
-        """True unless the user has switched the tutor off."""
         return bool(self._context.person.settings.get(SETTING, True))
 
     def typing(self, data: bytes) -> Sequence[str]:
-        """Return explanations of the line of text that the user is about to send to the controller."""
         if not self.on:
             return ()
         self._until_ns = self._context.bench.now + ANSWERS_NS
@@ -59,7 +57,6 @@ class Asides:
         return "".join(f"\r\n{DIM}             {line}{NORMAL}" for line in lines)
 
     def buttons(self) -> None:
-        """Build the tutor's switch, and the buttons that ask the tutor questions."""
         name = self._name
         switch = ui.switch("tutor", value=self.on).mark(f"tutor-{name}").tooltip("explain typed lines and answers")
         switch.on_value_change(lambda event: self._context.person.settings.update({SETTING: bool(event.value)}))
@@ -99,7 +96,6 @@ class Asides:
         return None
 
     def show_solution(self) -> None:
-        """Show the commands that the user has to type for the present step of a lesson."""
         found = self._context.common(Lessons).of(self._name)
         self.add([f"type  {line}" for line in found[1].solution] if found is not None else [NO_LESSON])
 
@@ -137,7 +133,6 @@ class PanelRemedies(Remedies):
         self._context, self._name = context, name
 
     def drive(self, pin: str, level: str) -> str:
-        """Return the instruction that tells the user how to set an input to a level, e.g. `press START`."""
         button = self._button(pin)
         if button is not None:
             return f"press {button.name}" if button.pressed == level else f"release {button.name}"
@@ -148,14 +143,12 @@ class PanelRemedies(Remedies):
         return f"click the switch {pin}"
 
     def release(self, pin: str) -> str:
-        """Return the instruction that tells the user how to release an input, e.g. `release START`."""
         button = self._button(pin)
         if button is None:
             return f"click the switch {pin} again"
         return f"press {button.name} again" if button.latching else f"release {button.name}"
 
     def mend(self, pin: str) -> str:
-        """Return the instruction that tells the user how to end the fault at the pin `pin`."""
         return f"a fault holds {pin}: press mend in the list of faults"
 
     def address(self, number: int) -> str:

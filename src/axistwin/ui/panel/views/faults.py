@@ -26,7 +26,6 @@ CELSIUS = (-40, 150)
 
 
 def power(context: Context, name: str) -> Refresh:
-    """Build the power switch of a controller and, if it has one, the field of its ambient temperature."""
     controller = context.bench[name]
 
     def turn() -> None:

@@ -6,7 +6,6 @@ from axistwin.ui.panel.context import Context, Refresh
 
 
 def people(context: Context) -> Refresh:
-    """Build a menu with all users of the panel, and a button with which a user takes control of the session."""
     button = ui.button(icon="people").props("flat color=white no-caps").classes("people").mark("people")
     with button, ui.menu().props("no-focus"), ui.column().classes("people-menu"):
         name = ui.input("your name", value=context.person.name).mark("name")

@@ -59,7 +59,6 @@ class Scopes:
 
 
 def scope(context: Context) -> Refresh:
-    """Add the oscilloscope to the web page that is being built."""
     all_ = context.common(Scopes)
     screen = all_.come(context.person)
     breathe()

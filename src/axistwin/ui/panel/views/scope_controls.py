@@ -38,7 +38,6 @@ def attempt(action: Callable[[], object]) -> bool:
 
 
 def head(screen: Screen, save: Save, runs: Callable[[], bool]) -> Refresh:
-    """Build the first row of controls above the oscilloscope, e.g. the button "Pause" and the time base."""
     with ui.row().classes("scope-row"):
         ui.label("Oscilloscope").classes("scope-title")
         pause = ui.button("Pause", on_click=lambda: screen.pause() if screen.frozen is None else screen.live())
@@ -120,8 +119,6 @@ def _save_menu(save: Save) -> None:
 
 
 def choice(screen: Screen) -> Refresh:
-    """Build the controls that select signals: a text field for signal names, e.g. `*.X.velocity`, and a list."""
-
     def take() -> None:
         attempt(lambda: screen.choose(split(wanted.value)))
 
@@ -308,7 +305,6 @@ COLUMNS = [
 
 
 def readout(screen: Screen, shows_numbers: Callable[[], bool]) -> Refresh:
-    """Build the buttons for the oscilloscope's cursors A and B, and the table of measured values."""
     with ui.row().classes("scope-row"):
         for which in ("a", "b"):
             button = ui.button(which.upper(), on_click=lambda w=which: activate(screen, w))
