@@ -40,8 +40,7 @@ def commands(model: str, as_json: bool) -> None:
         listed = [command.as_dict() for command in made.commands]
         click.echo(json.dumps({"model": made.model, "title": made.title, "commands": listed}, ensure_ascii=False))
         return
-    rows = list(map(_row, made.commands))
-    print_rows(HEADINGS, rows, made.title)
+    print_rows(HEADINGS, list(map(_row, made.commands)), made.title)
     if sys.stdout.isatty():
         missing = sum(not command.implemented for command in made.commands)
         end = "All are implemented." if not missing else f"{missing} are not implemented."

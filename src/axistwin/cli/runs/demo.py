@@ -219,8 +219,7 @@ class _Session:
         self.bench.run(0.01)
 
     def show_positions(self, *names: str) -> None:
-        positions = (f"{name} {self.controller.axes[name].position}" for name in names)
-        self._print("=", ", ".join(positions), "")
+        self._print("=", ", ".join(f"{name} {self.controller.axes[name].position}" for name in names), "")
 
     def _print(self, mark: str, what: str, note: str) -> None:
         time = click.style(f"{self.bench.seconds:9.3f} s", dim=True)

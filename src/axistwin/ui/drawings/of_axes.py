@@ -11,8 +11,7 @@ from axistwin.ui.drawings.switches import Press
 
 def figure(controller: Controller, axis: str, press: Press) -> Figure:
     """Return the drawing of an axis: a slide if its travel is limited, else a rotating shaft."""
-    limited = controller.axes[axis].limits is not None
-    return Slide(controller, axis, press) if limited else Shaft(controller, axis)
+    return Shaft(controller, axis) if controller.axes[axis].limits is None else Slide(controller, axis, press)
 
 
 def used_axes(controller: Controller) -> list[str]:

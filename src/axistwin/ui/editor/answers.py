@@ -78,9 +78,7 @@ def _parameter(parameter: Field, marked: Field | None) -> str:
 
 def _docstring(handler: Callable[..., Any]) -> str:
     """Return the docstring of a command's handler; "" if several commands share the handler."""
-    if isinstance(handler, partial):
-        return ""
-    return " ".join((inspect.getdoc(handler) or "").split())
+    return "" if isinstance(handler, partial) else " ".join((inspect.getdoc(handler) or "").split())
 
 
 def words(line: str) -> Iterator[tuple[int, int]]:

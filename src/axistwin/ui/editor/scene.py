@@ -41,9 +41,7 @@ class Scenes:
         path = typed if header else [*_table(lines, line), *typed]
         node = _node(path[:-1], _model(lines, line))
         found = node.get(path[-1]) if node else None
-        if found is None:
-            return None
-        return Hover(f"**{path[-1]}** {_description(found)}", word.start(), until)
+        return None if found is None else Hover(f"**{path[-1]}** {_description(found)}", word.start(), until)
 
     def complete(self, lines: list[str], line: int, at: int) -> list[Item]:
         text = lines[line - 1][:at]

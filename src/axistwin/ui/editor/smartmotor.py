@@ -163,9 +163,7 @@ def _where(text: str, source: Source) -> str:
 
 
 def _keyword(command: Instruction) -> str:
-    if command.form is Form.VARIABLE:
-        return ""
-    return re.split(r"[\[(…]|(?<=.)n\Z|pc?\Z", str(command.code))[0]
+    return "" if command.form is Form.VARIABLE else re.split(r"[\[(…]|(?<=.)n\Z|pc?\Z", str(command.code))[0]
 
 
 def _description(variable: Variable) -> str:

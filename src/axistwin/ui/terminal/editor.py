@@ -102,8 +102,7 @@ class LineEditor:
 
     def status(self) -> HTML:
         assert self._end is not None, "a port has no status line"
-        text = self._session.default_buffer.document.text_before_cursor
-        hint = meaning_of(self._end.tutor, text)
+        hint = meaning_of(self._end.tutor, self._session.default_buffer.document.text_before_cursor)
         return HTML(f"{escape(self._end.status)}{f'   <b>{escape(hint)}</b>' if hint else ''}")
 
 

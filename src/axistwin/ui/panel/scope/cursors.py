@@ -28,9 +28,7 @@ def value_at(track: Track, time_ns: int) -> float:
     """Return the value of a signal at a time, after all changes at this time; NaN within a merged interval."""
     rows = track.rows(time_ns, time_ns + 1)
     place = int(rows.begin.searchsorted(time_ns, "right")) - 1
-    if place < 0 or rows.end[place] > time_ns:
-        return np.nan
-    return float(rows.last[place])
+    return np.nan if place < 0 or rows.end[place] > time_ns else float(rows.last[place])
 
 
 def between(track: Track, a_ns: int, b_ns: int) -> Reading:

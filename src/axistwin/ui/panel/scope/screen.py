@@ -96,8 +96,7 @@ class Screen:
         self.recorder.want(self, names)
         self.names = tuple(names)
         if self.frozen is not None:
-            new = [name for name in names if name not in self.frozen.tracks]
-            added = self.recorder.frozen(new)
+            added = self.recorder.frozen([name for name in names if name not in self.frozen.tracks])
             self.frozen.tracks |= added.tracks
             self.frozen.begins |= {name: added.begins[name] for name in added.tracks}
 
@@ -153,8 +152,7 @@ class Screen:
     def pan(self, part: float) -> None:
         """Pause the screen, and shift the visible time by a fraction of its length."""
         self.pause()
-        moved_ns = self._to_ns + round(self.span_ns * part)
-        self._to_ns = min(max(moved_ns, 0), self.record.now_ns + self.span_ns)
+        self._to_ns = min(max(self._to_ns + round(self.span_ns * part), 0), self.record.now_ns + self.span_ns)
 
     def jump(self, forward: bool) -> None:
         """Pause the oscilloscope, and show the next or the previous change of a signal."""

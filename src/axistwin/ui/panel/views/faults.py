@@ -153,8 +153,7 @@ class _Form:
             self._values = {parameter.name: _field(parameter) for parameter in self.kind.parameters}
 
     def _spots(self) -> list[str]:
-        found = self._context.bench.faults.spots(self.kind.on)
-        spots = {name: find() for name, find in found.items()}
+        spots = {name: find() for name, find in self._context.bench.faults.spots(self.kind.on).items()}
         return list(dict.fromkeys(spot.name for spot in spots.values()))
 
     def _term(self, name: str) -> ui.input:
