@@ -52,72 +52,70 @@ def test_the_three_laws(bench, board, algorithm, gain, error, rate, sign):
     assert board.axes["motor"].velocity == pytest.approx(sign * rate)
 
 
-@scripts(
-    {
-        "k is in units of the velocity range: in range 1 the unit is 0.1 pps, so 20 × 100 units are 200 pps, and the "
-        "maximum of 1,500 units is 150 pps":
-        "tracked; 18 01; B3 01 14 10 =50000; displace -100; 0.0021 s; velocity about 200; B3 01 14 1F =1500; 0.002 s; "
-        "velocity about 150",
-        "no correction with k zero or without any velocity":
-        "tracked; 18 01; B3 01 {00|14} 00 00 00 {C3|00} {50|00}; displace -10; nothing planned; 1 s; 99: 10",
-        "off it does nothing and turned on it makes up what is missing":
-        "tracked; displace -10; 1 s; 99: 10; at 0; 18 01; 5 s; 99: 0; 18 00; displace -10; 1 s; 99: 10",
-        "turned off in a correction the motor stands":
-        "tracked; 18 01; displace -1000; 0.1 s; 18 00; at rest; 99: over 700",
-        "a closed loop move makes up for backlash: With a play of 50 counts, +1,000 (6,250 pulses) moves the load by "
-        "950; 6,563 pulses (1,050.08) move it by 1,000. -500 are 3,125 pulses, to 3,438 (550.08), which moves the "
-        "load to 550 only; at 3,131 (500.96) it is at 500":
-        "tracked backlash=50; 35 =1000; idle; 83: 6250; 9A: 950; 99: 50; 18 01; 20 s; 83: 6563; 9A: 1000; 35 =-500; "
-        "20 s; 83: 3131; 9A: 500",
-        "a correction is no move: a correction causes no messages; 98h reports the move before; 80h counts the pulses "
-        "of both":
-        "tracked; 18 01; 35 =16; idle; A1 01; A3 01; A5 01; displace -16; 0.01 s; velocity over 0; 20 s; "
-        "says nothing; 98: 16; 80: 200",
-        "stop and kill do not end maintenance": "tracked; 18 01; displace -100; 0.1 s; {70|78}; 40 s; 99: 0",
-        "a stopped closed loop move stays where it stopped until it is resumed":
-        "tracked; 18 01; start 35 =4000; 1 s; {70|78}; 1 s; 99: 0; 9A: under 900; 37; 10 s; 99: 0; 9A: 4000",
-        "a closed loop move may begin in a correction: the shaft is pushed by -1,000; during the correction a move of "
-        "+100 is sent":
-        "tracked; 18 01; displace -1000; 0.1 s; velocity over 0; A1 01; 35 =100; 0.02 s; says A1 00; 40 s; 99: 0; "
-        "9A: 100",
-        "open loop preset moves are refused":
-        "tracked; 18 01; C8 01 00 =5000 =at_once =100; CB 02 00 =5000 =at_once =100; {33|34|40|40} {=100|=100|01|02}; "
-        "1 s; pulses 0",
-        "a continuous move may begin in a correction":
-        "tracked; 18 01; displace -1000; 0.1 s; 32 01; 1 s; velocity -5000",
-        "a jammed motor goes on trying: a jam costs whole rotor teeth of pulses; when the shaft is free again, the "
-        "encoder returns to the position":
-        "tracked; 18 01; jam; displace -10; 1 s; 99: 10; velocity 200; free; 10 s; 99: 0",
-        "no correction into a limit but away from it":
-        "tracked; 18 01; cw_limit high; 0.01 s; displace -10; 1 s; pulses 0; displace 20; 10 s; 99: 0; displace -10; "
-        "0.1 s; cw_limit released; 10 s; 99: 0",
-        "no correction while shut down": "tracked; 18 01; 12 01; displace -10; 1 s; pulses 0; 12 00; 5 s; 99: 0",
-        "a search for home is not disturbed: the shaft is pushed while a search is being calculated; the correction "
-        "comes after the search":
-        "tracked; 18 01; 38 01 00 64 00; home low; 39 00; displace 100; 1 s; velocity 5000; 78; 1 s; 99: 0",
-        "the joystick takes the motor where it wants":
-        "tracked; 18 01; 11; 0.01 s; joystick 100 2 ms; at_zero high; at 100; 10; 1 s; at 100; 99: 0; 98: 16",
-        "zero here is the desired position": "tracked; displace -10; 30; 99: 0; 9A: 0",
-        "the deadband is left by a move and reached by its end: 1,000 pulses at 5,000 pps are 160 encoder pulses; the "
-        "deadband of 5 begins at 155, that is at 968.75 pulses. Pulse 969 comes at 193.8 ms and is detected at 194 ms":
-        "tracked; B5 00 00 00 05; 0F 00 80 FF; start 35 =160; clock; until SB & 1 is 0; until SB & 1 is 1; "
-        "194 ms later",
-        "a position that is defined anew is in the deadband: 30h, 2Fh make the present position the desired one, so "
-        "that 99h is 0 and the bit follows at once (1)":
-        "tracked; B5 00 00 00 05; 0F 00 80 FF; displace -10; SB & 1 is 0; 30; 99: 0; SB & 1 is 1",
-        "a position that is defined anew is in the deadband: 30h, 2Fh make the present position the desired one, so "
-        "that 99h is 0 and the bit follows at once (2)":
-        "tracked; B5 00 00 00 05; 0F 00 80 FF; displace -10; SB & 1 is 0; 2F =7; 99: 0; SB & 1 is 1",
-        "maintenance goes on to no error at all whatever the deadband":
-        "tracked; 18 01; B5 00 00 00 32; displace -20; 10 s; 99: 0",
-        "an 1810 has no deadband": "tracked 1810; B5 00 00 00 05; 0F 00 80 FF; 0.1 s; SB & 1 is 0",
-        "a continuous move is not and where it ends is the desired position":
-        "tracked; 18 01; 32 00; 1 s; 78; mark; at over 4000; 1 s; moved 0; 99: 0",
-        "the deadband is shown: Only after B5h is the deadband shown, here five encoder pulses to each side":
-        "tracked; 0F 00 80 FF; SB & 1 is 0; B5 AB CD 00 05; displace 0; SB & 1 is 1; displace 5; SB & 1 is 1; "
-        "displace 1; SB & 1 is 0; displace -11; SB & 1 is 1; displace -1; SB & 1 is 0",
-    }
-)  # fmt: skip
+@scripts({
+    "k is in units of the velocity range: in range 1 the unit is 0.1 pps, so 20 × 100 units are 200 pps, and the "
+    "maximum of 1,500 units is 150 pps":
+    "tracked; 18 01; B3 01 14 10 =50000; displace -100; 0.0021 s; velocity about 200; B3 01 14 1F =1500; 0.002 s; "
+    "velocity about 150",
+    "no correction with k zero or without any velocity":
+    "tracked; 18 01; B3 01 {00|14} 00 00 00 {C3|00} {50|00}; displace -10; nothing planned; 1 s; 99: 10",
+    "off it does nothing and turned on it makes up what is missing":
+    "tracked; displace -10; 1 s; 99: 10; at 0; 18 01; 5 s; 99: 0; 18 00; displace -10; 1 s; 99: 10",
+    "turned off in a correction the motor stands":
+    "tracked; 18 01; displace -1000; 0.1 s; 18 00; at rest; 99: over 700",
+    "a closed loop move makes up for backlash: With a play of 50 counts, +1,000 (6,250 pulses) moves the load by "
+    "950; 6,563 pulses (1,050.08) move it by 1,000. -500 are 3,125 pulses, to 3,438 (550.08), which moves the "
+    "load to 550 only; at 3,131 (500.96) it is at 500":
+    "tracked backlash=50; 35 =1000; idle; 83: 6250; 9A: 950; 99: 50; 18 01; 20 s; 83: 6563; 9A: 1000; 35 =-500; "
+    "20 s; 83: 3131; 9A: 500",
+    "a correction is no move: a correction causes no messages; 98h reports the move before; 80h counts the pulses "
+    "of both":
+    "tracked; 18 01; 35 =16; idle; A1 01; A3 01; A5 01; displace -16; 0.01 s; velocity over 0; 20 s; "
+    "says nothing; 98: 16; 80: 200",
+    "stop and kill do not end maintenance": "tracked; 18 01; displace -100; 0.1 s; {70|78}; 40 s; 99: 0",
+    "a stopped closed loop move stays where it stopped until it is resumed":
+    "tracked; 18 01; start 35 =4000; 1 s; {70|78}; 1 s; 99: 0; 9A: under 900; 37; 10 s; 99: 0; 9A: 4000",
+    "a closed loop move may begin in a correction: the shaft is pushed by -1,000; during the correction a move of "
+    "+100 is sent":
+    "tracked; 18 01; displace -1000; 0.1 s; velocity over 0; A1 01; 35 =100; 0.02 s; says A1 00; 40 s; 99: 0; "
+    "9A: 100",
+    "open loop preset moves are refused":
+    "tracked; 18 01; C8 01 00 =5000 =at_once =100; CB 02 00 =5000 =at_once =100; {33|34|40|40} {=100|=100|01|02}; "
+    "1 s; pulses 0",
+    "a continuous move may begin in a correction":
+    "tracked; 18 01; displace -1000; 0.1 s; 32 01; 1 s; velocity -5000",
+    "a jammed motor goes on trying: a jam costs whole rotor teeth of pulses; when the shaft is free again, the "
+    "encoder returns to the position":
+    "tracked; 18 01; jam; displace -10; 1 s; 99: 10; velocity 200; free; 10 s; 99: 0",
+    "no correction into a limit but away from it":
+    "tracked; 18 01; cw_limit high; 0.01 s; displace -10; 1 s; pulses 0; displace 20; 10 s; 99: 0; displace -10; "
+    "0.1 s; cw_limit released; 10 s; 99: 0",
+    "no correction while shut down": "tracked; 18 01; 12 01; displace -10; 1 s; pulses 0; 12 00; 5 s; 99: 0",
+    "a search for home is not disturbed: the shaft is pushed while a search is being calculated; the correction "
+    "comes after the search":
+    "tracked; 18 01; 38 01 00 64 00; home low; 39 00; displace 100; 1 s; velocity 5000; 78; 1 s; 99: 0",
+    "the joystick takes the motor where it wants":
+    "tracked; 18 01; 11; 0.01 s; joystick 100 2 ms; at_zero high; at 100; 10; 1 s; at 100; 99: 0; 98: 16",
+    "zero here is the desired position": "tracked; displace -10; 30; 99: 0; 9A: 0",
+    "the deadband is left by a move and reached by its end: 1,000 pulses at 5,000 pps are 160 encoder pulses; the "
+    "deadband of 5 begins at 155, that is at 968.75 pulses. Pulse 969 comes at 193.8 ms and is detected at 194 ms":
+    "tracked; B5 00 00 00 05; 0F 00 80 FF; start 35 =160; clock; until SB & 1 is 0; until SB & 1 is 1; "
+    "194 ms later",
+    "a position that is defined anew is in the deadband: 30h, 2Fh make the present position the desired one, so "
+    "that 99h is 0 and the bit follows at once (1)":
+    "tracked; B5 00 00 00 05; 0F 00 80 FF; displace -10; SB & 1 is 0; 30; 99: 0; SB & 1 is 1",
+    "a position that is defined anew is in the deadband: 30h, 2Fh make the present position the desired one, so "
+    "that 99h is 0 and the bit follows at once (2)":
+    "tracked; B5 00 00 00 05; 0F 00 80 FF; displace -10; SB & 1 is 0; 2F =7; 99: 0; SB & 1 is 1",
+    "maintenance goes on to no error at all whatever the deadband":
+    "tracked; 18 01; B5 00 00 00 32; displace -20; 10 s; 99: 0",
+    "an 1810 has no deadband": "tracked 1810; B5 00 00 00 05; 0F 00 80 FF; 0.1 s; SB & 1 is 0",
+    "a continuous move is not and where it ends is the desired position":
+    "tracked; 18 01; 32 00; 1 s; 78; mark; at over 4000; 1 s; moved 0; 99: 0",
+    "the deadband is shown: Only after B5h is the deadband shown, here five encoder pulses to each side":
+    "tracked; 0F 00 80 FF; SB & 1 is 0; B5 AB CD 00 05; displace 0; SB & 1 is 1; displace 5; SB & 1 is 1; "
+    "displace 1; SB & 1 is 0; displace -11; SB & 1 is 1; displace -1; SB & 1 is 0",
+})  # fmt: skip
 def test_position_maintenance(bench, script):
     play(bench, script)
 

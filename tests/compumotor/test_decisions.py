@@ -12,33 +12,31 @@ STREAMED = 0x0400  # of the effective clock 4,369,066.67 / 4 Hz, this is 17,066.
 # Definitions
 
 
-@scripts(
-    {
-        '91h, 31h: "After power up or reset the default velocity and acceleration are set to zero"; its type is CEh':
-        "91 00 -> CE; 52 01 04 =never #10; 91 00 -> CE",
-        'C8h: acceleration 0 is stored; specifications: 0.00001 steps/s² "to infinity", so it is not performed (1)':
-        "C8 01 00 00 00 13 88 00 00 00 00 00 00 00 64; 91 01 -> C8 01 00 00 00 13 88 00 00 00 00 00 00 00 64; 40 01; "
-        "1 s; pulses 0; 8C -> 00",
-        'C8h: acceleration 0 is stored; specifications: 0.00001 steps/s² "to infinity", so it is not performed (2)':
-        "CE 01 00 00 00 13 88 00 00 00 00 00; 91 01 -> CE 01 00 00 00 13 88; 40 01; 1 s; pulses 0; 8C -> 00",
-        '91h: a response "match[es] the ... original define move command"; without one, 91h reports no parameters':
-        "91 {01|32|33|FF}; 40 {01|32|33|FF}; D7 {01|32|33|FF}; 0.1 s; says nothing; pulses 0",
-        "the highest velocity of the specifications: the highest velocity of 1,092,267 steps/s is 1,092,266.67 "
-        "(resolution 33.333): half of 4,369,066.67 / 2":
-        "default 1092267 at_once 80; 32 00; 0.1 s; velocity 1092266.66 to 1092266.67; 85 -> 50 00 10 AA AB",
-        'Syntax: "Unrequired parameter bytes may be filled with zeros. Using any other character ..."  (1)':
-        "01 07 {00|01} -> {07|nothing}",
-        'Syntax: "Unrequired parameter bytes may be filled with zeros. Using any other character ..."  (2)':
-        "01 07 00 00 00 00 00 00 00 00 00 00 00 00 00 {00|01} -> {07|nothing}",
-        "surplus zeros are not kept in a sequence":
-        "sequence 1: 09 02 00 00 00 00 00 00 00 00 00 00 00 00 00 00; E2: 598; 92 01; says 92 09 02, 92 00",
-        "the lowest velocity of the specifications: the lowest velocity, 0.017 steps/s, is 17 in range 3, whose "
-        "resolution is 0.016667: one step per minute": "default 17 at_once 48; 32 00; 601 s; steps 10",
-        'Reading and writing: the buffers are "16 bytes deep": a non-zero 17th byte is ignored, a 16th one is invalid':
-        "IDB 01 07 00 00 00 00 00 00 00 00 00 00 00 00 00 00 01; CB 10; next 01 07; "
-        "IDB 01 07 00 00 00 00 00 00 00 00 00 00 00 00 00 01; CB 10; next nothing",
-    }
-)  # fmt: skip
+@scripts({
+    '91h, 31h: "After power up or reset the default velocity and acceleration are set to zero"; its type is CEh':
+    "91 00 -> CE; 52 01 04 =never #10; 91 00 -> CE",
+    'C8h: acceleration 0 is stored; specifications: 0.00001 steps/s² "to infinity", so it is not performed (1)':
+    "C8 01 00 00 00 13 88 00 00 00 00 00 00 00 64; 91 01 -> C8 01 00 00 00 13 88 00 00 00 00 00 00 00 64; 40 01; "
+    "1 s; pulses 0; 8C -> 00",
+    'C8h: acceleration 0 is stored; specifications: 0.00001 steps/s² "to infinity", so it is not performed (2)':
+    "CE 01 00 00 00 13 88 00 00 00 00 00; 91 01 -> CE 01 00 00 00 13 88; 40 01; 1 s; pulses 0; 8C -> 00",
+    '91h: a response "match[es] the ... original define move command"; without one, 91h reports no parameters':
+    "91 {01|32|33|FF}; 40 {01|32|33|FF}; D7 {01|32|33|FF}; 0.1 s; says nothing; pulses 0",
+    "the highest velocity of the specifications: the highest velocity of 1,092,267 steps/s is 1,092,266.67 "
+    "(resolution 33.333): half of 4,369,066.67 / 2":
+    "default 1092267 at_once 80; 32 00; 0.1 s; velocity 1092266.66 to 1092266.67; 85 -> 50 00 10 AA AB",
+    'Syntax: "Unrequired parameter bytes may be filled with zeros. Using any other character ..."  (1)':
+    "01 07 {00|01} -> {07|nothing}",
+    'Syntax: "Unrequired parameter bytes may be filled with zeros. Using any other character ..."  (2)':
+    "01 07 00 00 00 00 00 00 00 00 00 00 00 00 00 {00|01} -> {07|nothing}",
+    "surplus zeros are not kept in a sequence":
+    "sequence 1: 09 02 00 00 00 00 00 00 00 00 00 00 00 00 00 00; E2: 598; 92 01; says 92 09 02, 92 00",
+    "the lowest velocity of the specifications: the lowest velocity, 0.017 steps/s, is 17 in range 3, whose "
+    "resolution is 0.016667: one step per minute": "default 17 at_once 48; 32 00; 601 s; steps 10",
+    'Reading and writing: the buffers are "16 bytes deep": a non-zero 17th byte is ignored, a 16th one is invalid':
+    "IDB 01 07 00 00 00 00 00 00 00 00 00 00 00 00 00 00 01; CB 10; next 01 07; "
+    "IDB 01 07 00 00 00 00 00 00 00 00 00 00 00 00 00 01; CB 10; next nothing",
+})  # fmt: skip
 def test_definitions(bench, script):
     play(bench, script)
 
@@ -90,26 +88,24 @@ def test_requests_with_lost_lists_are_as_their_siblings(bench, board, request_):
     assert answered is (request_[0] != 0x91)  # 91h is not valid for defined moves in this mode
 
 
-@scripts(
-    {
-        'G.2 prints 83h in a sequence; 80h and others are not marked "within-a-SEQUENCE-buffer" (1)':
-        "sequence 1: {88|89|8C|90|E2|80|97}, 83; 92 01; says 92 83, 92 00",
-        'G.2 prints 83h in a sequence; 80h and others are not marked "within-a-SEQUENCE-buffer" (2)':
-        "sequence 1: 91 00, 83; 92 01; says 92 83, 92 00",
-        "trigger commands with lost lists stand in sequences and beside them: 74h to 76h and 7Dh are valid in "
-        "sequences and beside them, like 77h, 7Ch and 7Eh, whose lists are printed":
-        "sequence 1: {74|75|76|7D} 06 01 01, 28 00; 41 01; 0.05 s; trigger 6; says {74|75|76|7D} 06; 79; {74|75|76|"
-        "7D} 06 00 00; 41 01; {74|75|76|7D} 06 00 00",
-        '01h: "to indicate a location within a sequence buffer"; its list is cut off at the end of the printed page':
-        "sequence 1: 28 00, 01 09; 41 01; 01 01 -> 01; 48; says 01 09",
-        'Option interrupt_command="printed": 01h is valid in both modes, and neither in nor beside sequences':
-        "1811 interrupt_command='printed'; sequence 1: 28 00, 01 09; 92 01; says 92 28, 92 00; 41 01; "
-        "01 01 -> nothing; 79; 01 02 -> 02; 52 01 04 =never #10; 01 03 -> 03; EE #32767 01 04 00; "
-        "velocities 32767 32767; 42; 01 05 -> nothing; 1 s; says nothing",
-        '8Ah: "active" is what 38h defines; before 38h a high input is active, in 88h too':
-        "home {high|low}; 8A -> {FF|00}; 88 & 04 is {04|00}; 38 00 00 32 00; 8A -> {00|FF}",
-    }
-)  # fmt: skip
+@scripts({
+    'G.2 prints 83h in a sequence; 80h and others are not marked "within-a-SEQUENCE-buffer" (1)':
+    "sequence 1: {88|89|8C|90|E2|80|97}, 83; 92 01; says 92 83, 92 00",
+    'G.2 prints 83h in a sequence; 80h and others are not marked "within-a-SEQUENCE-buffer" (2)':
+    "sequence 1: 91 00, 83; 92 01; says 92 83, 92 00",
+    "trigger commands with lost lists stand in sequences and beside them: 74h to 76h and 7Dh are valid in "
+    "sequences and beside them, like 77h, 7Ch and 7Eh, whose lists are printed":
+    "sequence 1: {74|75|76|7D} 06 01 01, 28 00; 41 01; 0.05 s; trigger 6; says {74|75|76|7D} 06; 79; {74|75|76|"
+    "7D} 06 00 00; 41 01; {74|75|76|7D} 06 00 00",
+    '01h: "to indicate a location within a sequence buffer"; its list is cut off at the end of the printed page':
+    "sequence 1: 28 00, 01 09; 41 01; 01 01 -> 01; 48; says 01 09",
+    'Option interrupt_command="printed": 01h is valid in both modes, and neither in nor beside sequences':
+    "1811 interrupt_command='printed'; sequence 1: 28 00, 01 09; 92 01; says 92 28, 92 00; 41 01; "
+    "01 01 -> nothing; 79; 01 02 -> 02; 52 01 04 =never #10; 01 03 -> 03; EE #32767 01 04 00; "
+    "velocities 32767 32767; 42; 01 05 -> nothing; 1 s; says nothing",
+    '8Ah: "active" is what 38h defines; before 38h a high input is active, in 88h too':
+    "home {high|low}; 8A -> {FF|00}; 88 & 04 is {04|00}; 38 00 00 32 00; 8A -> {00|FF}",
+})  # fmt: skip
 def test_requests_whose_lists_of_attributes_are_lost(bench, script):
     play(bench, script)
 
@@ -142,32 +138,30 @@ def test_70h_after_a_stream_has_run_dry_is_a_ramp_of_the_last_move(bench, board)
     assert 0.166 < (bench.now - began) / 1e9 <= 0.172
 
 
-@scripts(
-    {
-        "70h after a stream without any move since reset ends the pulses: 70h uses the most recent acceleration; "
-        "without any move since reset there is none, so the pulses end at once":
-        "52 01 04 =never #10; velocities 1024; 42; 0.2 s; velocity 17066.66 to 17066.68; 70; at rest",
-        'Option; 70h: "motion due to the performance of a move"; 7Bh names only a streamed zero and 78h':
-        "1811 stop_after_stream='ignored'; default 10000 100000; 33 =100; idle; 52 01 04 =never #10; velocities 1024; "
-        "42; 0.2 s; velocity 17066.66 to 17066.68; 70; 1 s; velocity 17066.66 to 17066.68; 78; "
-        "at rest; 33 =30000; 0.5 s; 70; idle; 81: over 0",
-        '51h: an alarm is sent if the bytes left go below its value after "3) Begin velocity streaming", not before. '
-        '51h: "the alarm will only be sent once", so 7Bh after it sends no second one (1)':
-        "52 01 04 =4 #1000; velocities 1024 1024 1024 1024 1024 1024 1024; 42; 0.5 s; says nothing; 7B; "
-        "says 52 01 04 00 00 00 04 03 E8; 7B; says nothing; 7B",
-        '51h: an alarm is sent if the bytes left go below its value after "3) Begin velocity streaming", not before. '
-        '51h: "the alarm will only be sent once", so 7Bh after it sends no second one (2)':
-        "52 01 04 =12 #1000; velocities 1024 1024 1024 1024 1024 1024 1024; 42; 0.5 s; "
-        "says 52 01 04 00 00 00 0C 03 E8; 7B; says nothing; 7B; says nothing; 7B",
-        '51h: an alarm is sent if the bytes left go below its value after "3) Begin velocity streaming", not before. '
-        '51h: "the alarm will only be sent once", so 7Bh after it sends no second one (3)':
-        "52 01 04 =4 #1000; velocities 1024 1024 1024 1024 1024 1024 1024; says nothing; 7B; says nothing; 7B; "
-        "says nothing; 7B",
-        'A2h: only moves are reported; A4h: "when the motor arrives at zero velocity", so A5h reports each stop':
-        "A1 01; A2 01; A3 01; A5 01; 52 01 04 =65535 #10; velocities 1024 1024 0 1024 1024 1024 0; 42; 1 s; "
-        "says A5 00, A5 00; A5 00; velocities 1024 1024 1024 1024 1024 1024 0; 42; 1 s; says A5 00",
-    }
-)  # fmt: skip
+@scripts({
+    "70h after a stream without any move since reset ends the pulses: 70h uses the most recent acceleration; "
+    "without any move since reset there is none, so the pulses end at once":
+    "52 01 04 =never #10; velocities 1024; 42; 0.2 s; velocity 17066.66 to 17066.68; 70; at rest",
+    'Option; 70h: "motion due to the performance of a move"; 7Bh names only a streamed zero and 78h':
+    "1811 stop_after_stream='ignored'; default 10000 100000; 33 =100; idle; 52 01 04 =never #10; velocities 1024; "
+    "42; 0.2 s; velocity 17066.66 to 17066.68; 70; 1 s; velocity 17066.66 to 17066.68; 78; "
+    "at rest; 33 =30000; 0.5 s; 70; idle; 81: over 0",
+    '51h: an alarm is sent if the bytes left go below its value after "3) Begin velocity streaming", not before. '
+    '51h: "the alarm will only be sent once", so 7Bh after it sends no second one (1)':
+    "52 01 04 =4 #1000; velocities 1024 1024 1024 1024 1024 1024 1024; 42; 0.5 s; says nothing; 7B; "
+    "says 52 01 04 00 00 00 04 03 E8; 7B; says nothing; 7B",
+    '51h: an alarm is sent if the bytes left go below its value after "3) Begin velocity streaming", not before. '
+    '51h: "the alarm will only be sent once", so 7Bh after it sends no second one (2)':
+    "52 01 04 =12 #1000; velocities 1024 1024 1024 1024 1024 1024 1024; 42; 0.5 s; "
+    "says 52 01 04 00 00 00 0C 03 E8; 7B; says nothing; 7B; says nothing; 7B",
+    '51h: an alarm is sent if the bytes left go below its value after "3) Begin velocity streaming", not before. '
+    '51h: "the alarm will only be sent once", so 7Bh after it sends no second one (3)':
+    "52 01 04 =4 #1000; velocities 1024 1024 1024 1024 1024 1024 1024; says nothing; 7B; says nothing; 7B; "
+    "says nothing; 7B",
+    'A2h: only moves are reported; A4h: "when the motor arrives at zero velocity", so A5h reports each stop':
+    "A1 01; A2 01; A3 01; A5 01; 52 01 04 =65535 #10; velocities 1024 1024 0 1024 1024 1024 0; 42; 1 s; "
+    "says A5 00, A5 00; A5 00; velocities 1024 1024 1024 1024 1024 1024 0; 42; 1 s; says A5 00",
+})  # fmt: skip
 def test_streaming(bench, script):
     play(bench, script)
 
@@ -203,26 +197,24 @@ def test_closed_loop_moves_are_limited_by_their_motor_pulses(bench, opcode, rati
     assert messages(bench, board) == (["a1 00"] if begins else [])
 
 
-@scripts(
-    {
-        "D5h is measured from the encoder: from -1 to 7FFFFFFFh the distance is 80000000h, which is too large":
-        "tracked; B0 #1 #1; A1 01; D5 07 00 =5000 =at_once =at_once; 2F =-1; 40 07; says nothing; 2F =0; 40 07; "
-        "says A1 00",
-        "37h beyond 32h bits goes where the move was to end":
-        "tracked; 2F =at_once; start 35 =1600; 1 s; 78; 37; idle; 9A: -2147482049",
-        "relative closed loop moves there and back end where they began: a relative move of half a pulse and its "
-        "reverse are rounded alike, so they end where they began":
-        "tracked; B0 #1 #2; 35 =3; idle; at 2; 35 =-3; idle; at 0; 35 =-3; idle; at -2; 35 =3; idle; at 0",
-        '19h: it ends moves only; 18h: a correction "always attempts to maintain a zero deadband". 100 counts times K '
-        "= 20 are 2,000 pulses/s, as long as the shaft is held":
-        "tracked; 18 01; 19 {00|01}; A7 01; jam; displace 100; 2 s; velocity -2000; 99: -100; 8C -> FF; says nothing; "
-        "free; 5 s; 99: 0; at rest",
-        "18h ends the correction of a jammed motor": "tracked; 18 01; jam; displace 100; 1 s; 18 00; at rest",
-        "9Ah has 32 bits: 16 beyond 7FFFFFFFh is -80000000h + 15, and an absolute move to that position moves nothing":
-        "tracked; 2F =at_once; 35 =16; idle; 9A: -2147483633; 36 =-2147483633; idle; 9A: -2147483633; 99: 0; at 100; "
-        "36 =-2147483617; idle; 9A: -2147483617; 99: 0; at 200; 36 =-2147483633; idle; 9A: -2147483633; 99: 0; at 100",
-    }
-)  # fmt: skip
+@scripts({
+    "D5h is measured from the encoder: from -1 to 7FFFFFFFh the distance is 80000000h, which is too large":
+    "tracked; B0 #1 #1; A1 01; D5 07 00 =5000 =at_once =at_once; 2F =-1; 40 07; says nothing; 2F =0; 40 07; "
+    "says A1 00",
+    "37h beyond 32h bits goes where the move was to end":
+    "tracked; 2F =at_once; start 35 =1600; 1 s; 78; 37; idle; 9A: -2147482049",
+    "relative closed loop moves there and back end where they began: a relative move of half a pulse and its "
+    "reverse are rounded alike, so they end where they began":
+    "tracked; B0 #1 #2; 35 =3; idle; at 2; 35 =-3; idle; at 0; 35 =-3; idle; at -2; 35 =3; idle; at 0",
+    '19h: it ends moves only; 18h: a correction "always attempts to maintain a zero deadband". 100 counts times K '
+    "= 20 are 2,000 pulses/s, as long as the shaft is held":
+    "tracked; 18 01; 19 {00|01}; A7 01; jam; displace 100; 2 s; velocity -2000; 99: -100; 8C -> FF; says nothing; "
+    "free; 5 s; 99: 0; at rest",
+    "18h ends the correction of a jammed motor": "tracked; 18 01; jam; displace 100; 1 s; 18 00; at rest",
+    "9Ah has 32 bits: 16 beyond 7FFFFFFFh is -80000000h + 15, and an absolute move to that position moves nothing":
+    "tracked; 2F =at_once; 35 =16; idle; 9A: -2147483633; 36 =-2147483633; idle; 9A: -2147483633; 99: 0; at 100; "
+    "36 =-2147483617; idle; 9A: -2147483617; 99: 0; at 200; 36 =-2147483633; idle; 9A: -2147483633; 99: 0; at 100",
+})  # fmt: skip
 def test_closed_loop(bench, script):
     play(bench, script)
 
@@ -253,23 +245,21 @@ def test_a_ratio_is_of_two_positive_numbers(bench, ratio):
 # An 1810
 
 
-@scripts(
-    {
-        'Addendum: "The software used in the 1810 is identical": definitions are kept; only B5h "will be ignored"':
-        "tracked 1810; {D4|D5} 07 00 =5000 =at_once =100; 91 07 -> {D4|D5} 07 00 =5000 =at_once =100; 40 07; 1 s; "
-        "pulses 0; 2F =1000; 9A: 1000",
-        "an 1810 may perform them with an encoder that stays at 0":
-        "tracked 1810 options={'encoder_commands':'performed'}; D4 07 00 =5000 =at_once =100; 40 07; idle; 35 =100; "
-        "idle; 36 =100; idle; at 1875; 9A: 0; 0F 03 80 01; B5 =1000; output1 is low",
-        "B0h: 1 to 1; the encoder stays at 0, and one of 50 teeth is 500 of 25,000 pulses; 19h ends the move there":
-        "tracked 1810 options={'encoder_commands':'performed'}; B0 00 01 00 01; 19 01; 33 ={25000|-25000}; 6 s; "
-        "at {500|-500}",
-        "an 1810 may ignore them all":
-        "tracked 1810 options={'encoder_commands':'ignored'}; D4 07 00 =5000 =at_once =100; 2F =1000; "
-        "91 07 -> nothing; 9A: 0",
-        "an 1811 obeys them whatever an 1810 would":
-        "tracked options={'encoder_commands':'{ignored|kept|performed}'}; 35 =100; idle; at 625; 9A: 100",
-    }
-)  # fmt: skip
+@scripts({
+    'Addendum: "The software used in the 1810 is identical": definitions are kept; only B5h "will be ignored"':
+    "tracked 1810; {D4|D5} 07 00 =5000 =at_once =100; 91 07 -> {D4|D5} 07 00 =5000 =at_once =100; 40 07; 1 s; "
+    "pulses 0; 2F =1000; 9A: 1000",
+    "an 1810 may perform them with an encoder that stays at 0":
+    "tracked 1810 options={'encoder_commands':'performed'}; D4 07 00 =5000 =at_once =100; 40 07; idle; 35 =100; "
+    "idle; 36 =100; idle; at 1875; 9A: 0; 0F 03 80 01; B5 =1000; output1 is low",
+    "B0h: 1 to 1; the encoder stays at 0, and one of 50 teeth is 500 of 25,000 pulses; 19h ends the move there":
+    "tracked 1810 options={'encoder_commands':'performed'}; B0 00 01 00 01; 19 01; 33 ={25000|-25000}; 6 s; "
+    "at {500|-500}",
+    "an 1810 may ignore them all":
+    "tracked 1810 options={'encoder_commands':'ignored'}; D4 07 00 =5000 =at_once =100; 2F =1000; "
+    "91 07 -> nothing; 9A: 0",
+    "an 1811 obeys them whatever an 1810 would":
+    "tracked options={'encoder_commands':'{ignored|kept|performed}'}; 35 =100; idle; at 625; 9A: 100",
+})  # fmt: skip
 def test_an_1810(bench, script):
     play(bench, script)

@@ -64,30 +64,28 @@ def test_a_hunting_motor_is_a_moving_one(bench, command):
     assert number(bench, board, 0x99) == 0
 
 
-@scripts(
-    {
-        '18h: "this excludes ... continuous moves"; the correction gives way to them and to closed-loop moves (1)':
-        "tracked; 38 01 00 32 00; 18 01; 35 =0; displace -4000; 0.1 s; velocity 50000; {32|35|36} {00|=500|=500}; "
-        "0.02 s; velocity 5000",
-        '18h: "this excludes ... continuous moves"; the correction gives way to them and to closed-loop moves (2)':
-        "tracked; 38 01 00 32 00; 18 01; 35 =0; displace -4000; 0.1 s; velocity 50000; 37; 0.02 s; velocity 5000",
-        '18h acts when "the indexer is not performing a move"; 42h names an empty buffer only':
-        "tracked; 18 01; 52 01 04 =never #10; velocities 1024 1024 1024 1024 1024 1024 0; displace -4000; 0.1 s; "
-        "velocity 50000; 42; 0.02 s; velocity about 17066.67; 0.05 s; at rest; 99: 0",
-        '9Bh: B = "current absolute encoder count", of 32 bits in 9Ah; 83h has six bytes, so they part at the wrap':
-        "1811 motor={'encoder':{'counts_per_rev':25000,'pulses_per_rev':25000}}; B0 00 01 00 01; B1 00 00 61 A8; "
-        "B4 00 00 00 32; default 5000 100000; 2E =2147483638; 2F =2147483638; 9B: 0; 33 =20; 1 s; 83: 2147483658; "
-        "9A: -2147483638; 9B: 65535; 30; 9B: 0",
-        'Addendum: "The software used in the 1810 is identical"; its count stays at 0, so 500 pulses are a tooth':
-        "tracked 1810; A7 01; 33 =5000; 2 s; says A7 00; 83: 5000; 19 01; 33 =5000; 2 s; says A7 00; "
-        "83: 5500 to 5510 -- found at an update, every 2 ms",
-        '18h: "an open-loop incremental or absolute move cannot be performed"; an error needs an encoder':
-        "tracked 1810; 18 01; 33 =5000; 2 s; 83: 0; 99: 0; 32 00; 0.1 s; velocity 5000",
-        '51h: "nearly empty"; it comes as the last velocity begins, and the motor goes on':
-        "52 01 04 =0 #100; velocities 1024 1024 1024 1024 1024 1024 1024; 42; 0.55 s; SB & 8 is 0; 0.06 s; "
-        "says 52 01 04 00 00 00 00 00 64; velocity about 17066.67",
-    }
-)  # fmt: skip
+@scripts({
+    '18h: "this excludes ... continuous moves"; the correction gives way to them and to closed-loop moves (1)':
+    "tracked; 38 01 00 32 00; 18 01; 35 =0; displace -4000; 0.1 s; velocity 50000; {32|35|36} {00|=500|=500}; "
+    "0.02 s; velocity 5000",
+    '18h: "this excludes ... continuous moves"; the correction gives way to them and to closed-loop moves (2)':
+    "tracked; 38 01 00 32 00; 18 01; 35 =0; displace -4000; 0.1 s; velocity 50000; 37; 0.02 s; velocity 5000",
+    '18h acts when "the indexer is not performing a move"; 42h names an empty buffer only':
+    "tracked; 18 01; 52 01 04 =never #10; velocities 1024 1024 1024 1024 1024 1024 0; displace -4000; 0.1 s; "
+    "velocity 50000; 42; 0.02 s; velocity about 17066.67; 0.05 s; at rest; 99: 0",
+    '9Bh: B = "current absolute encoder count", of 32 bits in 9Ah; 83h has six bytes, so they part at the wrap':
+    "1811 motor={'encoder':{'counts_per_rev':25000,'pulses_per_rev':25000}}; B0 00 01 00 01; B1 00 00 61 A8; "
+    "B4 00 00 00 32; default 5000 100000; 2E =2147483638; 2F =2147483638; 9B: 0; 33 =20; 1 s; 83: 2147483658; "
+    "9A: -2147483638; 9B: 65535; 30; 9B: 0",
+    'Addendum: "The software used in the 1810 is identical"; its count stays at 0, so 500 pulses are a tooth':
+    "tracked 1810; A7 01; 33 =5000; 2 s; says A7 00; 83: 5000; 19 01; 33 =5000; 2 s; says A7 00; "
+    "83: 5500 to 5510 -- found at an update, every 2 ms",
+    '18h: "an open-loop incremental or absolute move cannot be performed"; an error needs an encoder':
+    "tracked 1810; 18 01; 33 =5000; 2 s; 83: 0; 99: 0; 32 00; 0.1 s; velocity 5000",
+    '51h: "nearly empty"; it comes as the last velocity begins, and the motor goes on':
+    "52 01 04 =0 #100; velocities 1024 1024 1024 1024 1024 1024 1024; 42; 0.55 s; SB & 8 is 0; 0.06 s; "
+    "says 52 01 04 00 00 00 00 00 64; velocity about 17066.67",
+})  # fmt: skip
 def test_decisions_on_motion(bench, script):
     play(bench, script)
 

@@ -27,17 +27,15 @@ def go(bench, board, pulses):
 # Channel Z
 
 
-@scripts(
-    {
-        'Encoder interface: "gives its home indication once per revolution": one count wide, i.e. pulses 0 to 6':
-        "1811 motor={'encoder':{'counts_per_rev':4000,'pulses_per_rev':25000}}; default 1000 at_once; 33 ={6|7|24999|"
-        "25000|25006|25007|-1}; idle; channel_z is {high|low|low|high|high|low|low}; 96 -> {FF|00|00|FF|FF|00|00}",
-        "a mark elsewhere and wider: a mark on counts 10 to 12 begins at pulse 63 and ends at pulse 81 (62.5 to 81.25)":
-        "1811 motor={'encoder':{'counts_per_rev':4000,'pulses_per_rev':25000,'index':10,'index_counts':3}}; "
-        "default 1000 at_once; 33 =62; idle; channel_z is low; 33 =1; idle; channel_z is high; 33 =18; idle; "
-        "channel_z is high; 33 =1; idle; channel_z is low",
-    }
-)  # fmt: skip
+@scripts({
+    'Encoder interface: "gives its home indication once per revolution": one count wide, i.e. pulses 0 to 6':
+    "1811 motor={'encoder':{'counts_per_rev':4000,'pulses_per_rev':25000}}; default 1000 at_once; 33 ={6|7|24999|"
+    "25000|25006|25007|-1}; idle; channel_z is {high|low|low|high|high|low|low}; 96 -> {FF|00|00|FF|FF|00|00}",
+    "a mark elsewhere and wider: a mark on counts 10 to 12 begins at pulse 63 and ends at pulse 81 (62.5 to 81.25)":
+    "1811 motor={'encoder':{'counts_per_rev':4000,'pulses_per_rev':25000,'index':10,'index_counts':3}}; "
+    "default 1000 at_once; 33 =62; idle; channel_z is low; 33 =1; idle; channel_z is high; 33 =18; idle; "
+    "channel_z is high; 33 =1; idle; channel_z is low",
+})  # fmt: skip
 def test_encoder_outputs(bench, script):
     play(bench, script)
 

@@ -120,25 +120,23 @@ def test_a_limit_reverses_the_search_and_the_second_one_ends_it(bench):
     assert position(bench, board, 0x82) == -3_001
 
 
-@scripts(
-    {
-        "a search without room in either direction":
-        "cw_limit high; ccw_limit high; default 10000 200000; 38 01 00 05 00; 0F 03 02 01; 39 00; "
-        "until output1 is low; 0.01 s; at 0; moves 1",
-        "without default velocity or definition nothing happens": "38 01 00 05 00; 39 00; 1 s; moves 1",
-        "an 1810 has no encoder home": "1810; default 10000 200000; 38 01 00 05 00; 18 01; 3A 00; 1 s; at 0",
-        "a percentage out of range leaves home undefined":
-        "1811 motor={'limits':(-9000,3000),'home':(-3400,-2600)}; default 10000 200000; 38 01 00 {00|65} 00; 39 01; "
-        "2 s; at 0",
-        "not while moving":
-        "1811 motor={'limits':(-9000,3000),'home':(-3400,-2600)}; default 10000 200000; 38 01 00 05 00; 32 00; 0.1 s; "
-        "39 01; 0.1 s; velocity 10000",
-        "in a streaming mode and in a sequence":
-        "1811 motor={'limits':(-9000,3000),'home':(-3400,-2600)}; default 10000 200000; 51 01 01 00 00 00 00; "
-        "38 01 00 05 01; 0F 03 02 01; 39 01; until output1 is low; 0.01 s; at -2601; 50; D9 01; 38 01 01 05 00; "
-        "39 01; 33 =100; D8; 0F 03 03 01; 41 01; until output1 is low; at -3299; 82: 100",
-    }
-)  # fmt: skip
+@scripts({
+    "a search without room in either direction":
+    "cw_limit high; ccw_limit high; default 10000 200000; 38 01 00 05 00; 0F 03 02 01; 39 00; "
+    "until output1 is low; 0.01 s; at 0; moves 1",
+    "without default velocity or definition nothing happens": "38 01 00 05 00; 39 00; 1 s; moves 1",
+    "an 1810 has no encoder home": "1810; default 10000 200000; 38 01 00 05 00; 18 01; 3A 00; 1 s; at 0",
+    "a percentage out of range leaves home undefined":
+    "1811 motor={'limits':(-9000,3000),'home':(-3400,-2600)}; default 10000 200000; 38 01 00 {00|65} 00; 39 01; "
+    "2 s; at 0",
+    "not while moving":
+    "1811 motor={'limits':(-9000,3000),'home':(-3400,-2600)}; default 10000 200000; 38 01 00 05 00; 32 00; 0.1 s; "
+    "39 01; 0.1 s; velocity 10000",
+    "in a streaming mode and in a sequence":
+    "1811 motor={'limits':(-9000,3000),'home':(-3400,-2600)}; default 10000 200000; 51 01 01 00 00 00 00; "
+    "38 01 00 05 01; 0F 03 02 01; 39 01; until output1 is low; 0.01 s; at -2601; 50; D9 01; 38 01 01 05 00; "
+    "39 01; 33 =100; D8; 0F 03 03 01; 41 01; until output1 is low; at -3299; 82: 100",
+})  # fmt: skip
 def test_home(bench, script):
     play(bench, script)
 

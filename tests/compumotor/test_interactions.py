@@ -21,36 +21,34 @@ def levels(bench, board, seconds):
     return seen
 
 
-@scripts(
-    {
-        'Functional check: if "the limit switches are not connected and not bypassed", the motor turns less':
-        "14 {00|01|00|01}; {cw_limit|cw_limit|ccw_limit|ccw_limit} high; FF; 5.1 s; at {-25000|-25000|25000|25000}; "
-        "SB & 20 is 20",
-        "the test function at both limits fails at once":
-        "cw_limit high; ccw_limit high; FF; 0.01 s; at 0; SB & 20 is 20",
-        '78h: "equivalent to hitting a limit switch": the move is killed, and the reversal does not continue':
-        "cruise {10000|-10000} 100000; A1 01; 32 {01|00}; 0.05 s; {cw_limit|ccw_limit} high; 0.0002 s; mark; 1 s; "
-        "moved 0; says A1 00",
-        "a limit at the end of an earlier move does not end a later reversal":
-        "cruise 10000 100000; cw_limit high; 0.01 s; cw_limit low; cruise 10000 100000; 32 01; 1 s; velocity -10000",
-        '70h: "the deceleration to zero is at the most recent acceleration", also during a ramp between two velocities':
-        "cruise 10000 100000; default {20000|5000} 100000; 32 00; 0.02 s; 70; 8F -> FF; 0.2 s; at rest",
-        '85h: "indicating the current velocity": a stream with 1000h of 4.369 MHz/16 leaves 17,066.67 pulses/s':
-        "52 01 10 =never #2; velocities 4096 4096 4096 4096 4096 4096 4096; 42; 0.1 s; 50; 85 -> 00 00 00 42 AB; 78; "
-        "85 -> 00",
-        "92h is SINGULAR: until its last message is queued no other SINGULAR command is performed; 73h ends 92h (1)":
-        "1811 message_queue=2; default 5000 100000; sequence 1: 01 01, 01 01, 01 01, 01 01, 01 01; 92 01; 33 =100; "
-        "1 s; at 0; 73; says 92 01 01, 92 01 01, 92 01 01; 33 =100; idle; at 100",
-        "92h is SINGULAR: until its last message is queued no other SINGULAR command is performed; 73h ends 92h (2)":
-        "1811 message_queue=64; default 5000 100000; sequence 1: 01 01, 01 01, 01 01, 01 01, 01 01; 92 01; 33 =100; "
-        "1 s; at 100",
-        "48h: the first one ends the waiting 28h of a 21h loop; the loop is repeated until another 48h comes":
-        "sequence 1: 21 02, 28 01, 29 00 00 00 64, 01 09; 41 01; says 28 00; 48; 0.01 s; 48; says 01 09",
-        '12h: "after remote power shutdown is turned on no moves may be performed", nor the next leg of a search':
-        "1811 motor={'home':(2000,6000)}; default 5000 20000; 13 01; 38 01 01 14 00; 39 00; 0.3 s; shutdown_in low; "
-        "until shutdown is high; mark; at over 2000; 2 s; moved 0; 82: marked",
-    }
-)  # fmt: skip
+@scripts({
+    'Functional check: if "the limit switches are not connected and not bypassed", the motor turns less':
+    "14 {00|01|00|01}; {cw_limit|cw_limit|ccw_limit|ccw_limit} high; FF; 5.1 s; at {-25000|-25000|25000|25000}; "
+    "SB & 20 is 20",
+    "the test function at both limits fails at once":
+    "cw_limit high; ccw_limit high; FF; 0.01 s; at 0; SB & 20 is 20",
+    '78h: "equivalent to hitting a limit switch": the move is killed, and the reversal does not continue':
+    "cruise {10000|-10000} 100000; A1 01; 32 {01|00}; 0.05 s; {cw_limit|ccw_limit} high; 0.0002 s; mark; 1 s; "
+    "moved 0; says A1 00",
+    "a limit at the end of an earlier move does not end a later reversal":
+    "cruise 10000 100000; cw_limit high; 0.01 s; cw_limit low; cruise 10000 100000; 32 01; 1 s; velocity -10000",
+    '70h: "the deceleration to zero is at the most recent acceleration", also during a ramp between two velocities':
+    "cruise 10000 100000; default {20000|5000} 100000; 32 00; 0.02 s; 70; 8F -> FF; 0.2 s; at rest",
+    '85h: "indicating the current velocity": a stream with 1000h of 4.369 MHz/16 leaves 17,066.67 pulses/s':
+    "52 01 10 =never #2; velocities 4096 4096 4096 4096 4096 4096 4096; 42; 0.1 s; 50; 85 -> 00 00 00 42 AB; 78; "
+    "85 -> 00",
+    "92h is SINGULAR: until its last message is queued no other SINGULAR command is performed; 73h ends 92h (1)":
+    "1811 message_queue=2; default 5000 100000; sequence 1: 01 01, 01 01, 01 01, 01 01, 01 01; 92 01; 33 =100; "
+    "1 s; at 0; 73; says 92 01 01, 92 01 01, 92 01 01; 33 =100; idle; at 100",
+    "92h is SINGULAR: until its last message is queued no other SINGULAR command is performed; 73h ends 92h (2)":
+    "1811 message_queue=64; default 5000 100000; sequence 1: 01 01, 01 01, 01 01, 01 01, 01 01; 92 01; 33 =100; "
+    "1 s; at 100",
+    "48h: the first one ends the waiting 28h of a 21h loop; the loop is repeated until another 48h comes":
+    "sequence 1: 21 02, 28 01, 29 00 00 00 64, 01 09; 41 01; says 28 00; 48; 0.01 s; 48; says 01 09",
+    '12h: "after remote power shutdown is turned on no moves may be performed", nor the next leg of a search':
+    "1811 motor={'home':(2000,6000)}; default 5000 20000; 13 01; 38 01 01 14 00; 39 00; 0.3 s; shutdown_in low; "
+    "until shutdown is high; mark; at over 2000; 2 s; moved 0; 82: marked",
+})  # fmt: skip
 def test_limits(bench, script):
     play(bench, script)
 
@@ -84,22 +82,20 @@ def test_a_board_is_busy_while_it_works(bench, board, begin):
 # Remote power shutdown
 
 
-@scripts(
-    {
-        'Shutdown: not "if the motor is moving"; it acts at the zero velocity of a reversal, and the reversal ends':
-        "13 01; cruise 10000 100000; shutdown_in low; 0.01 s; shutdown is low; 32 01; 0.5 s; shutdown is high; at rest",
-        "a move that is being calculated is not begun when the motor is shut down":
-        "13 01; default 5000 100000; 33 =100; shutdown_in low; 1 s; at 0; shutdown_in high; 33 =100; idle; at 100",
-        "Indexer mode: a preset move that is already decelerating to its end still ends on its last pulse":
-        "default 10000 100000; 33 =3000; until 8F & FF is FF; 70; idle; at 3000; 81: 0",
-        '70h: "deceleration of any motion due to the performance of a move"; in an overshoot it ends the search (1)':
-        "1811 motor={'home':(2000,6000)}; default 5000 20000; 38 01 01 14 00; 0F 00 06 01; 39 00; until SB & 1 is 1; "
-        "IDB 70; CB 10; idle; mark; at 2601 to 2699; 2 s; moved 0; 82: marked",
-        '70h: "deceleration of any motion due to the performance of a move"; in an overshoot it ends the search (2)':
-        "1811 motor={'home':(2000,6000)}; default 5000 20000; 38 01 01 14 00; 0F 00 06 01; trigger1 low; 74 01 01 00; "
-        "39 00; until SB & 1 is 1; trigger1 high; idle; mark; at 2601 to 2699; 2 s; moved 0; 82: marked",
-    }
-)  # fmt: skip
+@scripts({
+    'Shutdown: not "if the motor is moving"; it acts at the zero velocity of a reversal, and the reversal ends':
+    "13 01; cruise 10000 100000; shutdown_in low; 0.01 s; shutdown is low; 32 01; 0.5 s; shutdown is high; at rest",
+    "a move that is being calculated is not begun when the motor is shut down":
+    "13 01; default 5000 100000; 33 =100; shutdown_in low; 1 s; at 0; shutdown_in high; 33 =100; idle; at 100",
+    "Indexer mode: a preset move that is already decelerating to its end still ends on its last pulse":
+    "default 10000 100000; 33 =3000; until 8F & FF is FF; 70; idle; at 3000; 81: 0",
+    '70h: "deceleration of any motion due to the performance of a move"; in an overshoot it ends the search (1)':
+    "1811 motor={'home':(2000,6000)}; default 5000 20000; 38 01 01 14 00; 0F 00 06 01; 39 00; until SB & 1 is 1; "
+    "IDB 70; CB 10; idle; mark; at 2601 to 2699; 2 s; moved 0; 82: marked",
+    '70h: "deceleration of any motion due to the performance of a move"; in an overshoot it ends the search (2)':
+    "1811 motor={'home':(2000,6000)}; default 5000 20000; 38 01 01 14 00; 0F 00 06 01; trigger1 low; 74 01 01 00; "
+    "39 00; until SB & 1 is 1; trigger1 high; idle; mark; at 2601 to 2699; 2 s; moved 0; 82: marked",
+})  # fmt: skip
 def test_remote_power_shutdown(bench, script):
     play(bench, script)
 
@@ -226,16 +222,14 @@ def test_a_velocity_that_rounds_to_zero_is_kept_and_not_performed(bench, board):
 # Details that other tests do not cover
 
 
-@scripts(
-    {
-        "a listing leaves the user bits alone: 08h to 0Ah alone set the user bits; 92h discards waiting messages and "
-        "leaves the user bits alone": "08 {00|05}; 01 01; 0.01 s; 92 01; says 92 00; SB & 7 is {0|5}",
-        '20h: "repeat the following X commands Y times": if fewer than X follow, these are repeated':
-        "sequence 1: 01 01, 20 05 00 03, 01 02; 41 01; says 01 01, 01 02, 01 02, 01 02",
-        'E3h: 8001h is "a special signal … to go to zero velocity"; EEh: a marker of another mode does not change that':
-        "52 01 04 =never #10; EE 80 00 09 02 00; EE 80 01 09 02 00; 53 01 04 =never #100; "
-        "distances 100 -32768 -32767; 42; 0.5 s; SB & 7 is 0; at -32668",
-    }
-)  # fmt: skip
+@scripts({
+    "a listing leaves the user bits alone: 08h to 0Ah alone set the user bits; 92h discards waiting messages and "
+    "leaves the user bits alone": "08 {00|05}; 01 01; 0.01 s; 92 01; says 92 00; SB & 7 is {0|5}",
+    '20h: "repeat the following X commands Y times": if fewer than X follow, these are repeated':
+    "sequence 1: 01 01, 20 05 00 03, 01 02; 41 01; says 01 01, 01 02, 01 02, 01 02",
+    'E3h: 8001h is "a special signal … to go to zero velocity"; EEh: a marker of another mode does not change that':
+    "52 01 04 =never #10; EE 80 00 09 02 00; EE 80 01 09 02 00; 53 01 04 =never #100; "
+    "distances 100 -32768 -32767; 42; 0.5 s; SB & 7 is 0; at -32668",
+})  # fmt: skip
 def test_details(bench, script):
     play(bench, script)

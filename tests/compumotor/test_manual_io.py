@@ -15,66 +15,64 @@ from .scripts import play
 from .talking import CONTROL, FAIL, ask, complete, default, i32, messages, position, send, send_all, status_word
 
 
-@scripts(
-    {
-        '00h: "If this command is sent to the indexer nothing will happen!"':
-        "00; says nothing; SB 50; pulses 0; output1 is high; output2 is high",
-        '01h: "01, the parameter byte supplied, bytes three through sixteen are always zero"':
-        "01 {00|01|80|FF} -> {00|01|80|FF}",
-        '01h: "may be used to indicate a location within a sequence buffer"':
-        "sequence 1: 01 A1, 2A 00 01, 01 A2; 41 01; 0.5 s; says 01 A1; 1 s; says 01 A2",
-        '08h: "if one sends the command string 08h, 05h user bit zero will be set, user bit one will be cleared, and '
-        'user bit two will be set"; 09h and 0Ah each change one bit; other parameters are ignored':
-        "08 02; 0.01 s; SB 52; 08 05; 0.01 s; SB 55; 08 08; 0.01 s; SB 55; 08 FF; 0.01 s; SB 55; 09 01; 0.01 s; "
-        "SB 57; 0A 02; 0.01 s; SB 53; 09 03; 0.01 s; SB 53; 0A 03; 0.01 s; SB 53; 0A 00; 0.01 s; SB 52; 08 00; "
-        "0.01 s; SB 50",
-        '0Fh: "OF 01 01 FF ... When the motor is moving, set user-definable bit number one"; state 00 ends this':
-        "0F 01 01 FF; cruise 10000 100000; SB & 7 is 2; 0F 01 00 00; 78; 0.1 s; "
-        "SB & 7 is 2 -- leave the bit in its previous state",
-        "0Fh, state 03: an output that is low while a sequence is performed":
-        "0F 03 03 00; sequence 1: 2A 00 01; 0.01 s; output1 is high; 41 01; 0.5 s; output1 is low; 0.6 s; "
-        "output1 is high",
-        '11h: "any command that cannot be performed when the motor is moving can also not be performed"':
-        "default 10000 100000; 33 =70; idle; 11; 0.02 s; 30; 33 =100; 12 01; 13 01; 14 01; 2E =5; 0.2 s; 83: 70; "
-        "shutdown is low; 10; 0.02 s; 33 =1; idle; 83: 71; at 71 -- CW is still +",
-        'SHUTDOWN IN: "can cause the REMOTE SHUTDOWN signal on the MOTOR/DRIVER connector to become active"':
-        "shutdown_in low; 11; 0.02 s; shutdown is high; 10; 0.02 s; shutdown is low",
-        'DIRECTION IN: "preceded and followed by an active AT ZERO": the drive has 4 ms before the first pulse':
-        "at_zero high; direction_in high; direction is low; 11; 0.02 s; direction is high; direction_in low; "
-        "direction is low; 10; 0.02 s; direction_in high; direction is low",
-        '11h: "may not be enabled if the remote power shutdown is active or if motion is occuring"':
-        "cruise 10000 100000; 11; 0.02 s; remote_acknowledge is low; 78; 12 01; 11; 0.02 s; remote_acknowledge is low",
-        "13h: the input is active low, and only when enabled; while it is active 12h is not performed":
-        "shutdown_in low; 0.02 s; shutdown is low; 13 01; 0.02 s; shutdown is high; default 10000 100000; 33 =100; "
-        "0.2 s; pulses 0; shutdown_in high; 0.02 s; shutdown is low; 12 01; 0.02 s; shutdown is low; 33 =100; idle; "
-        "pulses 100",
-        '14h: "After the direction redefinition move number one is still a + move", but its direction is CCW':
-        "default 10000 100000; 33 =60; idle; direction is high -- the direction line is high for CW; 14 01; 33 =50; "
-        "idle; direction is low; at 10; 84 -> 00; 80: 50; 83: 110",
-        "the sense of direction stays while moving": "cruise 10000 100000; 14 01; 78; mark; 33 =50; idle; moved 50",
-        "14h with 89h: with CCW = + the CCW switch is the + limit": "ccw_limit high; 0.01 s; 89 -> 0F; 14 01; 89 -> F0",
-        "Test switch function: the switch starts a function of the board, which needs power":
-        "power off; test_switch high; test_switch low; power on; 1.1 s; SB 50; pulses 0",
-        "D: the Fail interrupt (JU19) comes with status bits 5 and 7; only a reset clears them":
-        "1811 interrupts=('failed',); CB 40; IDB FF; CB 50; 10.5 s; interrupt; SB & A0 is A0; CB D0; 0.1 s; "
-        "interrupt; CB 20; no interrupt",
-        '0Bh to 0Dh, 97h: both outputs are set at power on; 0Dh writes bits 1 and 2, "all other bits ... are ignored"':
-        "00; 0.01 s; output1 is high; output2 is high; 97 -> 06; 0C 02; 0.01 s; output1 is high; output2 is low; "
-        "97 -> 02; 0C 00; 0.01 s; output1 is high; output2 is low; 97 -> 02; 0C 03; 0.01 s; output1 is high; "
-        "output2 is low; 97 -> 02; 0D 04; 0.01 s; output1 is low; output2 is high; 97 -> 04; 0D F9; 0.01 s; "
-        "output1 is low; output2 is low; 97 -> 00; 0D 02; 0.01 s; output1 is high; output2 is low; 97 -> 02; 0B 02; "
-        "0.01 s; output1 is high; output2 is high; 97 -> 06; 0D 00; 0.01 s; output1 is low; output2 is low; 97 -> 00; "
-        "0B 01; 0.01 s; output1 is high; output2 is low; 97 -> 02; 0B 03; 0.01 s; output1 is high; output2 is low; "
-        "97 -> 02; 0B 00; 0.01 s; output1 is high; output2 is low; 97 -> 02",
-        "a state that is not defined is ignored": "0F 03 08 01; 0F 05 01 01; output1 is high",
-        "the shutdown input takes the say from the command":
-        "13 01; 12 01; shutdown is low; shutdown_in low; shutdown is high; shutdown_in high; shutdown is low",
-        "the step pin is high for half a period of the highest frequency: STEP is high for half a period of the "
-        "highest frequency: in range 0, 546,133.3 Hz, this is 915 ns":
-        "default 1000 at_once; 33 =2; idle; 33 =2; until moving; 0.001 s; step is high; 1e-06 s; step is low",
-        "the test switch needs its jumper": "1811 test_switch=False; test_switch high; 1 s; at 0",
-    }
-)  # fmt: skip
+@scripts({
+    '00h: "If this command is sent to the indexer nothing will happen!"':
+    "00; says nothing; SB 50; pulses 0; output1 is high; output2 is high",
+    '01h: "01, the parameter byte supplied, bytes three through sixteen are always zero"':
+    "01 {00|01|80|FF} -> {00|01|80|FF}",
+    '01h: "may be used to indicate a location within a sequence buffer"':
+    "sequence 1: 01 A1, 2A 00 01, 01 A2; 41 01; 0.5 s; says 01 A1; 1 s; says 01 A2",
+    '08h: "if one sends the command string 08h, 05h user bit zero will be set, user bit one will be cleared, and '
+    'user bit two will be set"; 09h and 0Ah each change one bit; other parameters are ignored':
+    "08 02; 0.01 s; SB 52; 08 05; 0.01 s; SB 55; 08 08; 0.01 s; SB 55; 08 FF; 0.01 s; SB 55; 09 01; 0.01 s; "
+    "SB 57; 0A 02; 0.01 s; SB 53; 09 03; 0.01 s; SB 53; 0A 03; 0.01 s; SB 53; 0A 00; 0.01 s; SB 52; 08 00; "
+    "0.01 s; SB 50",
+    '0Fh: "OF 01 01 FF ... When the motor is moving, set user-definable bit number one"; state 00 ends this':
+    "0F 01 01 FF; cruise 10000 100000; SB & 7 is 2; 0F 01 00 00; 78; 0.1 s; "
+    "SB & 7 is 2 -- leave the bit in its previous state",
+    "0Fh, state 03: an output that is low while a sequence is performed":
+    "0F 03 03 00; sequence 1: 2A 00 01; 0.01 s; output1 is high; 41 01; 0.5 s; output1 is low; 0.6 s; "
+    "output1 is high",
+    '11h: "any command that cannot be performed when the motor is moving can also not be performed"':
+    "default 10000 100000; 33 =70; idle; 11; 0.02 s; 30; 33 =100; 12 01; 13 01; 14 01; 2E =5; 0.2 s; 83: 70; "
+    "shutdown is low; 10; 0.02 s; 33 =1; idle; 83: 71; at 71 -- CW is still +",
+    'SHUTDOWN IN: "can cause the REMOTE SHUTDOWN signal on the MOTOR/DRIVER connector to become active"':
+    "shutdown_in low; 11; 0.02 s; shutdown is high; 10; 0.02 s; shutdown is low",
+    'DIRECTION IN: "preceded and followed by an active AT ZERO": the drive has 4 ms before the first pulse':
+    "at_zero high; direction_in high; direction is low; 11; 0.02 s; direction is high; direction_in low; "
+    "direction is low; 10; 0.02 s; direction_in high; direction is low",
+    '11h: "may not be enabled if the remote power shutdown is active or if motion is occuring"':
+    "cruise 10000 100000; 11; 0.02 s; remote_acknowledge is low; 78; 12 01; 11; 0.02 s; remote_acknowledge is low",
+    "13h: the input is active low, and only when enabled; while it is active 12h is not performed":
+    "shutdown_in low; 0.02 s; shutdown is low; 13 01; 0.02 s; shutdown is high; default 10000 100000; 33 =100; "
+    "0.2 s; pulses 0; shutdown_in high; 0.02 s; shutdown is low; 12 01; 0.02 s; shutdown is low; 33 =100; idle; "
+    "pulses 100",
+    '14h: "After the direction redefinition move number one is still a + move", but its direction is CCW':
+    "default 10000 100000; 33 =60; idle; direction is high -- the direction line is high for CW; 14 01; 33 =50; "
+    "idle; direction is low; at 10; 84 -> 00; 80: 50; 83: 110",
+    "the sense of direction stays while moving": "cruise 10000 100000; 14 01; 78; mark; 33 =50; idle; moved 50",
+    "14h with 89h: with CCW = + the CCW switch is the + limit": "ccw_limit high; 0.01 s; 89 -> 0F; 14 01; 89 -> F0",
+    "Test switch function: the switch starts a function of the board, which needs power":
+    "power off; test_switch high; test_switch low; power on; 1.1 s; SB 50; pulses 0",
+    "D: the Fail interrupt (JU19) comes with status bits 5 and 7; only a reset clears them":
+    "1811 interrupts=('failed',); CB 40; IDB FF; CB 50; 10.5 s; interrupt; SB & A0 is A0; CB D0; 0.1 s; "
+    "interrupt; CB 20; no interrupt",
+    '0Bh to 0Dh, 97h: both outputs are set at power on; 0Dh writes bits 1 and 2, "all other bits ... are ignored"':
+    "00; 0.01 s; output1 is high; output2 is high; 97 -> 06; 0C 02; 0.01 s; output1 is high; output2 is low; "
+    "97 -> 02; 0C 00; 0.01 s; output1 is high; output2 is low; 97 -> 02; 0C 03; 0.01 s; output1 is high; "
+    "output2 is low; 97 -> 02; 0D 04; 0.01 s; output1 is low; output2 is high; 97 -> 04; 0D F9; 0.01 s; "
+    "output1 is low; output2 is low; 97 -> 00; 0D 02; 0.01 s; output1 is high; output2 is low; 97 -> 02; 0B 02; "
+    "0.01 s; output1 is high; output2 is high; 97 -> 06; 0D 00; 0.01 s; output1 is low; output2 is low; 97 -> 00; "
+    "0B 01; 0.01 s; output1 is high; output2 is low; 97 -> 02; 0B 03; 0.01 s; output1 is high; output2 is low; "
+    "97 -> 02; 0B 00; 0.01 s; output1 is high; output2 is low; 97 -> 02",
+    "a state that is not defined is ignored": "0F 03 08 01; 0F 05 01 01; output1 is high",
+    "the shutdown input takes the say from the command":
+    "13 01; 12 01; shutdown is low; shutdown_in low; shutdown is high; shutdown_in high; shutdown is low",
+    "the step pin is high for half a period of the highest frequency: STEP is high for half a period of the "
+    "highest frequency: in range 0, 546,133.3 Hz, this is 915 ns":
+    "default 1000 at_once; 33 =2; idle; 33 =2; until moving; 0.001 s; step is high; 1e-06 s; step is low",
+    "the test switch needs its jumper": "1811 test_switch=False; test_switch high; 1 s; at 0",
+})  # fmt: skip
 def test_outputs_joystick_and_shutdown(bench, script):
     play(bench, script)
 

@@ -39,50 +39,48 @@ def test_a_default_out_of_range_is_ignored(bench, board, wrong):
     assert ask(bench, board, 0x91, 0)[3:12] == bytes([0, *i32(500), *i32(600)])
 
 
-@scripts(
-    {
-        '32h: "If the default move has not been defined no move will be performed"; the same holds for 40h':
-        "{32|33|34|40|40|40} {00|=50|=50|01|33|00}; 0.5 s; pulses 0; 8C -> 00",
-        '33h: "A distance of 80000000h is invalid"; 34h: valid are only C0000001h through 3FFFFFFFh':
-        "default 10000 at_once; {33|34|34} {80|40|C0} 00 00 00; 0.5 s; pulses 0",
-        'C8h: ""performing a move" is synonymous with the "motor moving""; 40h: "this command is ignored" then':
-        "relative 1 10000 100000 2000; default 10000 100000; 40 01; 0.05 s; 40 01; 33 =9; 34 =9; 32 00; idle; "
-        "at 2000; 1 s; at 2000; cruise 10000 100000; 40 01; 33 =9; 1 s; velocity 10000",
-        'CEh: "can only be performed if the motor is not accelerating or decelerating"':
-        "continuous 1 10000 50000; continuous 2 20000 100000; 0.1 s; 40 01; 0.1 s; 40 02; 1 s; velocity 10000; 40 02; "
-        "1 s; velocity 19980.0 to 20020.0",
-        "a continuous move may be slower":
-        "cruise 10000 100000; continuous 2 5000 50000; 40 02; 0.05 s; 8F -> FF; 0.2 s; velocity 5000; "
-        "81: 0 -- the end position of a continuous move is undefined",
-        "C8h: velocity units per second, per ten seconds or per hundred seconds, here always 10,000 pps²":
-        "continuous 1 5000 {10000|100000|1000000} 0 {0|1|2}; 0.05 s; 40 01; until moving; clock; until velocity 5000; "
-        "496 to 504 ms later; 86 -> {00|01|02} 00 {00|01|0F} {27|86|42} {10|A0|40}",
-        "delete a move: D7h deletes a move, which then is not performed":
-        "relative 4 10000 100000 25; D7 05; D7 04; 40 04; 0.2 s; pulses 0",
-        'Inputs: "stop any motor motion in the clockwise direction": motion in the other direction continues':
-        "cruise -10000 100000; cw_limit high; 0.2 s; velocity -10000",
-        "2Eh: \"the absolute position is set to the known offset of the sensor\"; two's complement; not while moving":
-        "default 100000 at_once; 2E =-5; 83: -5; 2E =at_once; 83: 2147483647; 2E =-2147483648; 83: -2147483648; "
-        "2E =1234; 83: 1234; 34 =1000; idle; 83: 1000; at -234; 82: -234 -- the home reference is another matter; "
-        "33 =100000; 2E =0; idle; 83: 101000",
-        '30h: "the absolute zero position and the position of the HOME limit switch are two independent locations"':
-        "default 10000 at_once; 33 =-77; idle; 30; 83: 0; 82: -77; 33 =5000; 0.1 s; 30; idle; "
-        "83: 5000 -- ignored while moving",
-        '34h: "X pulses away from the absolute zero position", from any position':
-        "default 100000 10000000; 34 =100; idle; 83: 100; 34 =-100; idle; 83: -100; 34 =0; idle; 83: 0; 34 =5000; "
-        "idle; 83: 5000; 34 =5000; idle; 83: 5000; 34 =-12345; idle; 83: -12345; at -12345",
-        '34h: "one must perform a relative move to reposition the motor within the valid absolute positioning range"':
-        "default 100000 at_once; 2E =1073741833; 34 =1073741823; 0.2 s; pulses 0; 33 =-10; idle; 83: 1073741823; "
-        "34 =1073741808; idle; 83: 1073741808",
-        "C8h: the maxima are 546,133.3, 54,613.33, 5,461.333, 546.1333, 9,102.222 and 1,092,266.67 Hz":
-        "continuous 1 {546133|546133|546133|546133|546133|1092266} at_once 0 {0|16|32|48|64|80}; 0.05 s; 40 01; "
-        "0.1 s; velocity {546078.687|54607.869|5460.787|546.079|9101.312|1092157.443} to {546187.913|54618.791|"
-        "5461.879|546.188|9103.132|1092375.897}",
-        "CBh: the target is relative to absolute zero; outside the absolute range the move is not performed":
-        "absolute 2 100000 at_once -500; 40 02; idle; 83: -500; 40 02; idle; 83: -500; 2E =600; 40 02; idle; "
-        "83: -500; at -1600; 2E =-1073741825; 40 02; 0.2 s; at -1600",
-    }
-)  # fmt: skip
+@scripts({
+    '32h: "If the default move has not been defined no move will be performed"; the same holds for 40h':
+    "{32|33|34|40|40|40} {00|=50|=50|01|33|00}; 0.5 s; pulses 0; 8C -> 00",
+    '33h: "A distance of 80000000h is invalid"; 34h: valid are only C0000001h through 3FFFFFFFh':
+    "default 10000 at_once; {33|34|34} {80|40|C0} 00 00 00; 0.5 s; pulses 0",
+    'C8h: ""performing a move" is synonymous with the "motor moving""; 40h: "this command is ignored" then':
+    "relative 1 10000 100000 2000; default 10000 100000; 40 01; 0.05 s; 40 01; 33 =9; 34 =9; 32 00; idle; "
+    "at 2000; 1 s; at 2000; cruise 10000 100000; 40 01; 33 =9; 1 s; velocity 10000",
+    'CEh: "can only be performed if the motor is not accelerating or decelerating"':
+    "continuous 1 10000 50000; continuous 2 20000 100000; 0.1 s; 40 01; 0.1 s; 40 02; 1 s; velocity 10000; 40 02; "
+    "1 s; velocity 19980.0 to 20020.0",
+    "a continuous move may be slower":
+    "cruise 10000 100000; continuous 2 5000 50000; 40 02; 0.05 s; 8F -> FF; 0.2 s; velocity 5000; "
+    "81: 0 -- the end position of a continuous move is undefined",
+    "C8h: velocity units per second, per ten seconds or per hundred seconds, here always 10,000 pps²":
+    "continuous 1 5000 {10000|100000|1000000} 0 {0|1|2}; 0.05 s; 40 01; until moving; clock; until velocity 5000; "
+    "496 to 504 ms later; 86 -> {00|01|02} 00 {00|01|0F} {27|86|42} {10|A0|40}",
+    "delete a move: D7h deletes a move, which then is not performed":
+    "relative 4 10000 100000 25; D7 05; D7 04; 40 04; 0.2 s; pulses 0",
+    'Inputs: "stop any motor motion in the clockwise direction": motion in the other direction continues':
+    "cruise -10000 100000; cw_limit high; 0.2 s; velocity -10000",
+    "2Eh: \"the absolute position is set to the known offset of the sensor\"; two's complement; not while moving":
+    "default 100000 at_once; 2E =-5; 83: -5; 2E =at_once; 83: 2147483647; 2E =-2147483648; 83: -2147483648; "
+    "2E =1234; 83: 1234; 34 =1000; idle; 83: 1000; at -234; 82: -234 -- the home reference is another matter; "
+    "33 =100000; 2E =0; idle; 83: 101000",
+    '30h: "the absolute zero position and the position of the HOME limit switch are two independent locations"':
+    "default 10000 at_once; 33 =-77; idle; 30; 83: 0; 82: -77; 33 =5000; 0.1 s; 30; idle; "
+    "83: 5000 -- ignored while moving",
+    '34h: "X pulses away from the absolute zero position", from any position':
+    "default 100000 10000000; 34 =100; idle; 83: 100; 34 =-100; idle; 83: -100; 34 =0; idle; 83: 0; 34 =5000; "
+    "idle; 83: 5000; 34 =5000; idle; 83: 5000; 34 =-12345; idle; 83: -12345; at -12345",
+    '34h: "one must perform a relative move to reposition the motor within the valid absolute positioning range"':
+    "default 100000 at_once; 2E =1073741833; 34 =1073741823; 0.2 s; pulses 0; 33 =-10; idle; 83: 1073741823; "
+    "34 =1073741808; idle; 83: 1073741808",
+    "C8h: the maxima are 546,133.3, 54,613.33, 5,461.333, 546.1333, 9,102.222 and 1,092,266.67 Hz":
+    "continuous 1 {546133|546133|546133|546133|546133|1092266} at_once 0 {0|16|32|48|64|80}; 0.05 s; 40 01; "
+    "0.1 s; velocity {546078.687|54607.869|5460.787|546.079|9101.312|1092157.443} to {546187.913|54618.791|"
+    "5461.879|546.188|9103.132|1092375.897}",
+    "CBh: the target is relative to absolute zero; outside the absolute range the move is not performed":
+    "absolute 2 100000 at_once -500; 40 02; idle; 83: -500; 40 02; idle; 83: -500; 2E =600; 40 02; idle; "
+    "83: -500; at -1600; 2E =-1073741825; 40 02; 0.2 s; at -1600",
+})  # fmt: skip
 def test_definitions_and_moves(bench, script):
     play(bench, script)
 

@@ -36,44 +36,42 @@ def test_an_excursion_of_several_continuous_moves_is_one(bench, board):
     assert position(bench, board, 0x80) == board.axes["motor"].position
 
 
-@scripts(
-    {
-        "83h: ten pulses beyond 7FFFFFFFh are 80000009h, in six bytes":
-        "default 10000 1000000; 2E =at_once; 33 =10; idle; 83: 2147483657",
-        "84h, 8Bh: 00 is +, FF is -; at rest they report the most recent direction":
-        "cruise {10000|-10000} 100000; 84 -> {00|FF}; 8B -> {00|FF}; 78; 84 -> {00|FF}; 8B -> {00|FF}; 78",
-        "90h: 50h is indexer mode; another mode is reported with its parameters":
-        "90 -> 50; 51 09 10 00 00 00 64; 90 -> 51 09 10 00 00 00 64; 52 01 04 01 02 03 04 00 02; "
-        "90 -> 52 01 04 01 02 03 04 00 02; 53 03 01 00 00 00 00 FF FF; 90 -> 53 03 01 00 00 00 00 FF FF; 50; 90 -> 50",
-        'A0h to A3h: "the current move will not cause an interrupt"; A4h and A5h make no such exception (1)':
-        "default 10000 20000; 33 =8000; 0.2 s; {A0|A1|A2|A3} 01; idle; says nothing; 33 =8000; idle; says {A0|A1|A2|"
-        "A3} 00",
-        'A0h to A3h: "the current move will not cause an interrupt"; A4h and A5h make no such exception (2)':
-        "default 10000 20000; 33 =8000; 0.2 s; {A4|A5} 01; idle; says {A4|A5} 00",
-        'ACh: "this command followed by the parameter byte (a 01 or a 06)"; it stays enabled until it is turned off':
-        "AC {01|06} 01; trigger {1|6}; trigger {6|1}; says AC {01|06}; trigger {1|6}; trigger {6|1}; says AC {01|06}; "
-        "AC {01|06} 00; trigger {1|6}; says nothing; AC {01|06} 01; AF; trigger {1|6}; says nothing",
-        "requests that streaming modes do not know: 92h and 93h are not valid in streaming modes; 91h is valid for "
-        "move 00 only":
-        "relative 3 10 10 10; default 10 10; 51 01 04 00 00 00 00; 92 01 -> nothing; 93 -> nothing; 91 03 -> nothing; "
-        "91 00 -> CE 00 00 =10 =10",
-        "80h to 83h after moves of 300 and -500: -500 from the start, 0 to the end, -200 from home and from zero":
-        "default 10000 1000000; 33 =300; idle; 33 =-500; idle; 80 -> FF FF FE 0C; 81 -> 00; 82 -> FF FF FF FF FF 38; "
-        "83 -> FF FF FF FF FF 38",
-        "89h: the high nibble is the + limit; 88h: the limits are bits 0 and 1":
-        "cw_limit {low|high|low|high}; ccw_limit {low|low|high|high}; 0.01 s; 89 -> {00|F0|0F|FF}; 88 & 03 is {00|01|"
-        "02|03}",
-        "8Ah: active is the level that 38h defines; 88h: the home switch is bit 2":
-        "38 {00|01} 00 0A 00; home high; 0.01 s; 8A -> {00|FF}; 88 & 04 is {00|04}; home low; 0.01 s; 8A -> {FF|00}; "
-        "88 & 04 is {04|00}; home high; 0.01 s; 8A -> {00|FF}; 88 & 04 is {00|04}",
-        'A5h: its message causes the "message ready" interrupt, which CB bit seven clears':
-        "default 10000 100000; A5 01; 33 =100; CB 40; no interrupt; idle; 0.01 s; interrupt; SB & C8 is 88; ODB A5; "
-        "CB C0; no interrupt",
-        "Attributes of these requests: valid in both modes and concurrent with a sequence":
-        "D9 01; 2B 00 01; D8; 41 01; {80|82|83|84|85|88|89|8A|8B|8C|94|95|96|97|FD} answers; 79; "
-        "52 01 04 00 00 00 00 00 02; {80|82|83|84|85|88|89|8A|8B|8C|94|95|96|97|FD} answers",
-    }
-)  # fmt: skip
+@scripts({
+    "83h: ten pulses beyond 7FFFFFFFh are 80000009h, in six bytes":
+    "default 10000 1000000; 2E =at_once; 33 =10; idle; 83: 2147483657",
+    "84h, 8Bh: 00 is +, FF is -; at rest they report the most recent direction":
+    "cruise {10000|-10000} 100000; 84 -> {00|FF}; 8B -> {00|FF}; 78; 84 -> {00|FF}; 8B -> {00|FF}; 78",
+    "90h: 50h is indexer mode; another mode is reported with its parameters":
+    "90 -> 50; 51 09 10 00 00 00 64; 90 -> 51 09 10 00 00 00 64; 52 01 04 01 02 03 04 00 02; "
+    "90 -> 52 01 04 01 02 03 04 00 02; 53 03 01 00 00 00 00 FF FF; 90 -> 53 03 01 00 00 00 00 FF FF; 50; 90 -> 50",
+    'A0h to A3h: "the current move will not cause an interrupt"; A4h and A5h make no such exception (1)':
+    "default 10000 20000; 33 =8000; 0.2 s; {A0|A1|A2|A3} 01; idle; says nothing; 33 =8000; idle; says {A0|A1|A2|"
+    "A3} 00",
+    'A0h to A3h: "the current move will not cause an interrupt"; A4h and A5h make no such exception (2)':
+    "default 10000 20000; 33 =8000; 0.2 s; {A4|A5} 01; idle; says {A4|A5} 00",
+    'ACh: "this command followed by the parameter byte (a 01 or a 06)"; it stays enabled until it is turned off':
+    "AC {01|06} 01; trigger {1|6}; trigger {6|1}; says AC {01|06}; trigger {1|6}; trigger {6|1}; says AC {01|06}; "
+    "AC {01|06} 00; trigger {1|6}; says nothing; AC {01|06} 01; AF; trigger {1|6}; says nothing",
+    "requests that streaming modes do not know: 92h and 93h are not valid in streaming modes; 91h is valid for "
+    "move 00 only":
+    "relative 3 10 10 10; default 10 10; 51 01 04 00 00 00 00; 92 01 -> nothing; 93 -> nothing; 91 03 -> nothing; "
+    "91 00 -> CE 00 00 =10 =10",
+    "80h to 83h after moves of 300 and -500: -500 from the start, 0 to the end, -200 from home and from zero":
+    "default 10000 1000000; 33 =300; idle; 33 =-500; idle; 80 -> FF FF FE 0C; 81 -> 00; 82 -> FF FF FF FF FF 38; "
+    "83 -> FF FF FF FF FF 38",
+    "89h: the high nibble is the + limit; 88h: the limits are bits 0 and 1":
+    "cw_limit {low|high|low|high}; ccw_limit {low|low|high|high}; 0.01 s; 89 -> {00|F0|0F|FF}; 88 & 03 is {00|01|"
+    "02|03}",
+    "8Ah: active is the level that 38h defines; 88h: the home switch is bit 2":
+    "38 {00|01} 00 0A 00; home high; 0.01 s; 8A -> {00|FF}; 88 & 04 is {00|04}; home low; 0.01 s; 8A -> {FF|00}; "
+    "88 & 04 is {04|00}; home high; 0.01 s; 8A -> {00|FF}; 88 & 04 is {00|04}",
+    'A5h: its message causes the "message ready" interrupt, which CB bit seven clears':
+    "default 10000 100000; A5 01; 33 =100; CB 40; no interrupt; idle; 0.01 s; interrupt; SB & C8 is 88; ODB A5; "
+    "CB C0; no interrupt",
+    "Attributes of these requests: valid in both modes and concurrent with a sequence":
+    "D9 01; 2B 00 01; D8; 41 01; {80|82|83|84|85|88|89|8A|8B|8C|94|95|96|97|FD} answers; 79; "
+    "52 01 04 00 00 00 00 00 02; {80|82|83|84|85|88|89|8A|8B|8C|94|95|96|97|FD} answers",
+})  # fmt: skip
 def test_requests_and_events(bench, script):
     play(bench, script)
 

@@ -36,67 +36,65 @@ def test_stop(bench, board, trigger):
     assert board.axes["motor"].position - before == pytest.approx(500, abs=100)
 
 
-@scripts(
-    {
-        "70h: it is that of the last continuous move, 50,000 pps², not 100,000 of the first: 0.2 s, 1,000 pulses":
-        "cruise 10000 100000; default 10000 50000; 32 00; 0.1 s; 70; mark; idle; moved 985 to 1015",
-        '71h: "If the sequence buffer is not being performed this command has no effect"; A5h: no motion has ended':
-        "A5 01; {71|72|79|7A|73|70|78}; sequence 1: 01 01, 01 02; 41 01; says 01 01, 01 02",
-        '7Dh: "if TRIGGER 1 or 6 goes active when there is no sequence buffer being performed it has no effect"':
-        "{75|75|76|76|7D|7D|7E|7E} {01|06|01|06|01|06|01|06} 01 00; trigger {1|6|1|6|1|6|1|6}; sequence 1: 01 01, "
-        "01 02; 41 01; says 01 01, 01 02",
-        "each trigger has its own function":
-        "74 01 01 01; 7C 06 01 01; cruise 10000 100000; trigger 6; at rest; cruise 10000 100000; trigger 1; "
-        "velocity 1 to 9999; says 7C 06, 74 01",
-        'Trigger inputs: 1 and 6 "must make a low to high transition to be considered active", not a high to low':
-        "7C 01 01 01; cruise 10000 100000; trigger1 high; 0.01 s; trigger1 low; 0.05 s; velocity 10000; says nothing",
-        '79h ends the SINGULAR command as 73h does: "prematurely ended", so the motion continues; 70h stops it (1)':
-        "relative 1 10000 100000 5000; sequence 1: 40 01, 01 01; 41 01; 0.3 s; 79; 1 s; velocity 10000; 70; idle; "
-        "81: under 0; says nothing; 48; says nothing",
-        '79h ends the SINGULAR command as 73h does: "prematurely ended", so the motion continues; 70h stops it (2)':
-        "relative 1 10000 100000 5000; sequence 1: 40 01, 01 01; 41 01; 0.3 s; 7A; 1 s; velocity 10000; 70; idle; "
-        "81: under 0; says nothing; 48; says 01 01",
-        "78h: the move is ended, but the sequence continues":
-        "relative 1 10000 100000 5000; sequence 1: 40 01, 01 01; 41 01; 0.2 s; 78; 0.1 s; says 01 01; at 1 to 4999",
-        '71h, 72h, 75h, 76h: the current move is completed; the sequence continues at 48h only after a "suspend" (1)':
-        "relative 1 10000 100000 3000; sequence 1: 40 01, 01 01; 41 01; 0.2 s; 71; idle; 1 s; at 3000; says nothing; "
-        "48; says nothing; 41 01; idle; says 01 01",
-        '71h, 72h, 75h, 76h: the current move is completed; the sequence continues at 48h only after a "suspend" (2)':
-        "relative 1 10000 100000 3000; sequence 1: 40 01, 01 01; 41 01; 0.2 s; 72; idle; 1 s; at 3000; says nothing; "
-        "48; says 01 01; 41 01; idle; says 01 01",
-        '71h, 72h, 75h, 76h: the current move is completed; the sequence continues at 48h only after a "suspend" (3)':
-        "relative 1 10000 100000 3000; sequence 1: 40 01, 01 01; 41 01; 0.2 s; 75 {01|06} 01 01; trigger {1|6}; "
-        "says 75 {01|06}; idle; 1 s; at 3000; says nothing; 48; says nothing; 41 01; idle; says 01 01",
-        '71h, 72h, 75h, 76h: the current move is completed; the sequence continues at 48h only after a "suspend" (4)':
-        "relative 1 10000 100000 3000; sequence 1: 40 01, 01 01; 41 01; 0.2 s; 76 {01|06} 01 01; trigger {1|6}; "
-        "says 76 {01|06}; idle; 1 s; at 3000; says nothing; 48; says 01 01; 41 01; idle; says 01 01",
-        "79h, 7Ah, 7Dh, 7Eh: a wait of an hour is ended; the sequence ends too, or continues after a CONTINUE (1)":
-        "sequence 1: 2B 00 3C, 01 01; 41 01; 0.1 s; 79; 0.1 s; says nothing; 48; says nothing; 48; 7200 s; "
-        "says nothing",
-        "79h, 7Ah, 7Dh, 7Eh: a wait of an hour is ended; the sequence ends too, or continues after a CONTINUE (2)":
-        "sequence 1: 2B 00 3C, 01 01; 41 01; 0.1 s; 7A; 0.1 s; says nothing; 48; says 01 01; 48; 7200 s; says nothing",
-        "79h, 7Ah, 7Dh, 7Eh: a wait of an hour is ended; the sequence ends too, or continues after a CONTINUE (3)":
-        "sequence 1: 2B 00 3C, 01 01; 41 01; 0.1 s; 7D {01|06} 01 01; trigger {1|6}; says 7D {01|06}; 0.1 s; "
-        "says nothing; 48; says nothing; 48; 7200 s; says nothing",
-        "79h, 7Ah, 7Dh, 7Eh: a wait of an hour is ended; the sequence ends too, or continues after a CONTINUE (4)":
-        "sequence 1: 2B 00 3C, 01 01; 41 01; 0.1 s; 7E {01|06} 01 01; trigger {1|6}; says 7E {01|06}; 0.1 s; "
-        "says nothing; 48; says 01 01; 48; 7200 s; says nothing",
-        '74h: "no other function may be specified for active TRIGGER 1 until the STOP motion function is disabled" (1)':
-        "74 01 01 01; {75|76|77|7C|7D|7E} 01 01 01; cruise 10000 100000; trigger 1; says 74 01; idle; {75|76|77|7C|7D|"
-        "7E} 01 00 01; cruise 10000 100000; trigger 1; says 74 01; 74 01 00 00; {75|76|77|7C|7D|7E} 01 01 01; "
-        "sequence 1: 2B 00 01; idle; 41 01; trigger 1; says {75|76|77|7C|7D|7E} 01",
-        '74h: "no other function may be specified for active TRIGGER 1 until the STOP motion function is disabled" (2)':
-        "74 01 01 01; AC 01 01; cruise 10000 100000; trigger 1; says 74 01; idle; AC 01 00; cruise 10000 100000; "
-        "trigger 1; says 74 01; 74 01 00 00; AC 01 01; sequence 1: 2B 00 01; idle; 41 01; trigger 1; says AC 01",
-        "From 10,000 pps at 100,000 pps²: 49 levels of 2 ms, from 9,800 to 200 pps, are 490 pulses in 98 ms":
-        "cruise 10000 100000; 70; mark; clock; 8F -> FF; until at rest; 98 ms later; moved 489 to 491",
-        "events of a move":
-        "default 10000 100000; A0 01; A1 01; A2 01; A3 01; A4 01; A5 01; 33 =3000; idle; says A0 00, A1 00, A2 00, "
-        "A3 00, A4 00, A5 00; 33 =3000; idle; says A1 00, A3 00, A5 00; AF; 33 =3000; idle; says nothing",
-        "a move that is ended before its velocity sends no A3h":
-        "A3 01; default 10000 100000; 32 00; 0.05 s; 73; 1 s; says nothing",
-    }
-)  # fmt: skip
+@scripts({
+    "70h: it is that of the last continuous move, 50,000 pps², not 100,000 of the first: 0.2 s, 1,000 pulses":
+    "cruise 10000 100000; default 10000 50000; 32 00; 0.1 s; 70; mark; idle; moved 985 to 1015",
+    '71h: "If the sequence buffer is not being performed this command has no effect"; A5h: no motion has ended':
+    "A5 01; {71|72|79|7A|73|70|78}; sequence 1: 01 01, 01 02; 41 01; says 01 01, 01 02",
+    '7Dh: "if TRIGGER 1 or 6 goes active when there is no sequence buffer being performed it has no effect"':
+    "{75|75|76|76|7D|7D|7E|7E} {01|06|01|06|01|06|01|06} 01 00; trigger {1|6|1|6|1|6|1|6}; sequence 1: 01 01, "
+    "01 02; 41 01; says 01 01, 01 02",
+    "each trigger has its own function":
+    "74 01 01 01; 7C 06 01 01; cruise 10000 100000; trigger 6; at rest; cruise 10000 100000; trigger 1; "
+    "velocity 1 to 9999; says 7C 06, 74 01",
+    'Trigger inputs: 1 and 6 "must make a low to high transition to be considered active", not a high to low':
+    "7C 01 01 01; cruise 10000 100000; trigger1 high; 0.01 s; trigger1 low; 0.05 s; velocity 10000; says nothing",
+    '79h ends the SINGULAR command as 73h does: "prematurely ended", so the motion continues; 70h stops it (1)':
+    "relative 1 10000 100000 5000; sequence 1: 40 01, 01 01; 41 01; 0.3 s; 79; 1 s; velocity 10000; 70; idle; "
+    "81: under 0; says nothing; 48; says nothing",
+    '79h ends the SINGULAR command as 73h does: "prematurely ended", so the motion continues; 70h stops it (2)':
+    "relative 1 10000 100000 5000; sequence 1: 40 01, 01 01; 41 01; 0.3 s; 7A; 1 s; velocity 10000; 70; idle; "
+    "81: under 0; says nothing; 48; says 01 01",
+    "78h: the move is ended, but the sequence continues":
+    "relative 1 10000 100000 5000; sequence 1: 40 01, 01 01; 41 01; 0.2 s; 78; 0.1 s; says 01 01; at 1 to 4999",
+    '71h, 72h, 75h, 76h: the current move is completed; the sequence continues at 48h only after a "suspend" (1)':
+    "relative 1 10000 100000 3000; sequence 1: 40 01, 01 01; 41 01; 0.2 s; 71; idle; 1 s; at 3000; says nothing; "
+    "48; says nothing; 41 01; idle; says 01 01",
+    '71h, 72h, 75h, 76h: the current move is completed; the sequence continues at 48h only after a "suspend" (2)':
+    "relative 1 10000 100000 3000; sequence 1: 40 01, 01 01; 41 01; 0.2 s; 72; idle; 1 s; at 3000; says nothing; "
+    "48; says 01 01; 41 01; idle; says 01 01",
+    '71h, 72h, 75h, 76h: the current move is completed; the sequence continues at 48h only after a "suspend" (3)':
+    "relative 1 10000 100000 3000; sequence 1: 40 01, 01 01; 41 01; 0.2 s; 75 {01|06} 01 01; trigger {1|6}; "
+    "says 75 {01|06}; idle; 1 s; at 3000; says nothing; 48; says nothing; 41 01; idle; says 01 01",
+    '71h, 72h, 75h, 76h: the current move is completed; the sequence continues at 48h only after a "suspend" (4)':
+    "relative 1 10000 100000 3000; sequence 1: 40 01, 01 01; 41 01; 0.2 s; 76 {01|06} 01 01; trigger {1|6}; "
+    "says 76 {01|06}; idle; 1 s; at 3000; says nothing; 48; says 01 01; 41 01; idle; says 01 01",
+    "79h, 7Ah, 7Dh, 7Eh: a wait of an hour is ended; the sequence ends too, or continues after a CONTINUE (1)":
+    "sequence 1: 2B 00 3C, 01 01; 41 01; 0.1 s; 79; 0.1 s; says nothing; 48; says nothing; 48; 7200 s; "
+    "says nothing",
+    "79h, 7Ah, 7Dh, 7Eh: a wait of an hour is ended; the sequence ends too, or continues after a CONTINUE (2)":
+    "sequence 1: 2B 00 3C, 01 01; 41 01; 0.1 s; 7A; 0.1 s; says nothing; 48; says 01 01; 48; 7200 s; says nothing",
+    "79h, 7Ah, 7Dh, 7Eh: a wait of an hour is ended; the sequence ends too, or continues after a CONTINUE (3)":
+    "sequence 1: 2B 00 3C, 01 01; 41 01; 0.1 s; 7D {01|06} 01 01; trigger {1|6}; says 7D {01|06}; 0.1 s; "
+    "says nothing; 48; says nothing; 48; 7200 s; says nothing",
+    "79h, 7Ah, 7Dh, 7Eh: a wait of an hour is ended; the sequence ends too, or continues after a CONTINUE (4)":
+    "sequence 1: 2B 00 3C, 01 01; 41 01; 0.1 s; 7E {01|06} 01 01; trigger {1|6}; says 7E {01|06}; 0.1 s; "
+    "says nothing; 48; says 01 01; 48; 7200 s; says nothing",
+    '74h: "no other function may be specified for active TRIGGER 1 until the STOP motion function is disabled" (1)':
+    "74 01 01 01; {75|76|77|7C|7D|7E} 01 01 01; cruise 10000 100000; trigger 1; says 74 01; idle; {75|76|77|7C|7D|"
+    "7E} 01 00 01; cruise 10000 100000; trigger 1; says 74 01; 74 01 00 00; {75|76|77|7C|7D|7E} 01 01 01; "
+    "sequence 1: 2B 00 01; idle; 41 01; trigger 1; says {75|76|77|7C|7D|7E} 01",
+    '74h: "no other function may be specified for active TRIGGER 1 until the STOP motion function is disabled" (2)':
+    "74 01 01 01; AC 01 01; cruise 10000 100000; trigger 1; says 74 01; idle; AC 01 00; cruise 10000 100000; "
+    "trigger 1; says 74 01; 74 01 00 00; AC 01 01; sequence 1: 2B 00 01; idle; 41 01; trigger 1; says AC 01",
+    "From 10,000 pps at 100,000 pps²: 49 levels of 2 ms, from 9,800 to 200 pps, are 490 pulses in 98 ms":
+    "cruise 10000 100000; 70; mark; clock; 8F -> FF; until at rest; 98 ms later; moved 489 to 491",
+    "events of a move":
+    "default 10000 100000; A0 01; A1 01; A2 01; A3 01; A4 01; A5 01; 33 =3000; idle; says A0 00, A1 00, A2 00, "
+    "A3 00, A4 00, A5 00; 33 =3000; idle; says A1 00, A3 00, A5 00; AF; 33 =3000; idle; says nothing",
+    "a move that is ended before its velocity sends no A3h":
+    "A3 01; default 10000 100000; 32 00; 0.05 s; 73; 1 s; says nothing",
+})  # fmt: skip
 def test_stop_discontinue_and_kill(bench, script):
     play(bench, script)
 

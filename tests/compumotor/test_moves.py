@@ -124,24 +124,22 @@ def test_the_start_stop_velocity(bench, board):
     assert steps(board)[-1] - motor.train.move.start_ns == 200 * MS
 
 
-@scripts(
-    {
-        "moves are crunched one after the other":
-        "93 -> FF; C8 01 00 =1000 =1000 00 00 00 01; C8 02 00 =1000 =1000 00 00 00 01; "
-        "C8 03 00 =1000 =1000 00 00 00 01; C8 04 00 =1000 =1000 00 00 00 01; C8 05 00 =1000 =1000 00 00 00 01; "
-        "93 -> 00; 0.1 s; 93 -> FF",
-        # "one must perform a relative move"
-        "absolute moves and positions":
-        "default 500000 at_once; 33 =3000; idle; 30; 34 =-1000; idle; 83: -1000; 82: 2000; 80: -1000; 81: 0; at 2000; "
-        "2E =-2147483648; 83: -2147483648; 34 =0; 0.1 s; at 2000",
-        "a stop during a reversal is the end of it":
-        "CE 01 00 =50000 =100000 00; CE 02 00 =50000 =100000 01; A1 01; 40 01; 1 s; 40 02; 0.2 s; {70|78}; 2 s; "
-        "at rest; says A1 00, A1 00",
-        "a continuous move is refused during a ramp and during a preset move":
-        "CE 01 00 =50000 =50000 00; CE 02 00 =10000 =50000 01; C8 03 00 =10000 =1000000 00 00 27 10; 0.1 s; 40 01; "
-        "0.5 s; 40 02; 1 s; velocity 50000; 78; 40 03; 0.5 s; 40 02; idle; 80: 10000",
-    }
-)  # fmt: skip
+@scripts({
+    "moves are crunched one after the other":
+    "93 -> FF; C8 01 00 =1000 =1000 00 00 00 01; C8 02 00 =1000 =1000 00 00 00 01; "
+    "C8 03 00 =1000 =1000 00 00 00 01; C8 04 00 =1000 =1000 00 00 00 01; C8 05 00 =1000 =1000 00 00 00 01; "
+    "93 -> 00; 0.1 s; 93 -> FF",
+    # "one must perform a relative move"
+    "absolute moves and positions":
+    "default 500000 at_once; 33 =3000; idle; 30; 34 =-1000; idle; 83: -1000; 82: 2000; 80: -1000; 81: 0; at 2000; "
+    "2E =-2147483648; 83: -2147483648; 34 =0; 0.1 s; at 2000",
+    "a stop during a reversal is the end of it":
+    "CE 01 00 =50000 =100000 00; CE 02 00 =50000 =100000 01; A1 01; 40 01; 1 s; 40 02; 0.2 s; {70|78}; 2 s; "
+    "at rest; says A1 00, A1 00",
+    "a continuous move is refused during a ramp and during a preset move":
+    "CE 01 00 =50000 =50000 00; CE 02 00 =10000 =50000 01; C8 03 00 =10000 =1000000 00 00 27 10; 0.1 s; 40 01; "
+    "0.5 s; 40 02; 1 s; velocity 50000; 78; 40 03; 0.5 s; 40 02; idle; 80: 10000",
+})  # fmt: skip
 def test_moves_of_indexer_mode(bench, script):
     play(bench, script)
 

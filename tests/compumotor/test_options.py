@@ -75,29 +75,27 @@ def test_a_message_says_between_what_a_number_must_lie():
 # Figures that the manual gives
 
 
-@scripts(
-    {
-        "a command queue of one":
-        "1811 reply_ms=10000.0 command_queue=1; 84; 09 00; IDB 09 01; CB 10; 1 s; SB & 10 is 0",
-        'Reading responses: "waiting to send additional messages"; here two messages wait besides the one in the ODB':
-        "1811 message_queue=2; 01 01; 0.01 s; 01 02; 0.01 s; 01 03; 0.01 s; 01 04; 0.01 s; 01 05; 0.01 s; says 01 01, "
-        "01 02, 01 03",
-        'Reading responses: after CB bit 7, "if the Motor Controller has been waiting ... it will do so then"':
-        "1811 next_message_ms={0.0|1.0|7.0}; 01 01; 01 02; 0.02 s; next 01 01; clock; until SB & 8 is 8; {0|1|"
-        "7} ms later",
-        'E2h: the reply has four bytes, the first two "always zero"; the others are the size of option buffer_bytes':
-        "1811 buffer_bytes={16|100|65535}; E2 -> 00 00 {00|00|FF} {10|64|FF}; 52 01 04 00 00 00 00 00 02; "
-        "E2 -> 00 00 {00|00|FF} {10|64|FF}",
-        "Interrupts: JU18 connects MR, JU20 connects IR, JU19 connects CF; SB bit 7 is set by a connected one only (1)":
-        "new 1811 interrupts=({|'failed',}); 1.01 s; CB 40; IDB 01 09; CB 50; 0.02 s; SB 18; no interrupt",
-        "Interrupts: JU18 connects MR, JU20 connects IR, JU19 connects CF; SB bit 7 is set by a connected one only (2)":
-        "new 1811 interrupts=('{message_ready',|input_ready',|input_ready','failed'}); 1.01 s; CB 40; IDB 01 09; "
-        "CB 50; 0.02 s; SB 98; interrupt",
-        'Writing commands: "Commands are placed into a command buffer internal to the Motor Controller", of sixteen':
-        "1811 reply_ms=10000.0; 84; 09 00; 09 00; 09 00; 09 00; 09 00; 09 00; 09 00; 09 00; 09 00; 09 00; 09 00; "
-        "09 00; 09 00; 09 00; 09 00; 09 00; IDB 09 01; CB 10; 1 s; SB & 10 is 0; 10 s; SB & 13 is 13",
-    }
-)  # fmt: skip
+@scripts({
+    "a command queue of one":
+    "1811 reply_ms=10000.0 command_queue=1; 84; 09 00; IDB 09 01; CB 10; 1 s; SB & 10 is 0",
+    'Reading responses: "waiting to send additional messages"; here two messages wait besides the one in the ODB':
+    "1811 message_queue=2; 01 01; 0.01 s; 01 02; 0.01 s; 01 03; 0.01 s; 01 04; 0.01 s; 01 05; 0.01 s; says 01 01, "
+    "01 02, 01 03",
+    'Reading responses: after CB bit 7, "if the Motor Controller has been waiting ... it will do so then"':
+    "1811 next_message_ms={0.0|1.0|7.0}; 01 01; 01 02; 0.02 s; next 01 01; clock; until SB & 8 is 8; {0|1|"
+    "7} ms later",
+    'E2h: the reply has four bytes, the first two "always zero"; the others are the size of option buffer_bytes':
+    "1811 buffer_bytes={16|100|65535}; E2 -> 00 00 {00|00|FF} {10|64|FF}; 52 01 04 00 00 00 00 00 02; "
+    "E2 -> 00 00 {00|00|FF} {10|64|FF}",
+    "Interrupts: JU18 connects MR, JU20 connects IR, JU19 connects CF; SB bit 7 is set by a connected one only (1)":
+    "new 1811 interrupts=({|'failed',}); 1.01 s; CB 40; IDB 01 09; CB 50; 0.02 s; SB 18; no interrupt",
+    "Interrupts: JU18 connects MR, JU20 connects IR, JU19 connects CF; SB bit 7 is set by a connected one only (2)":
+    "new 1811 interrupts=('{message_ready',|input_ready',|input_ready','failed'}); 1.01 s; CB 40; IDB 01 09; "
+    "CB 50; 0.02 s; SB 98; interrupt",
+    'Writing commands: "Commands are placed into a command buffer internal to the Motor Controller", of sixteen':
+    "1811 reply_ms=10000.0; 84; 09 00; 09 00; 09 00; 09 00; 09 00; 09 00; 09 00; 09 00; 09 00; 09 00; 09 00; "
+    "09 00; 09 00; 09 00; 09 00; 09 00; IDB 09 01; CB 10; 1 s; SB & 10 is 0; 10 s; SB & 13 is 13",
+})  # fmt: skip
 def test_options(bench, script):
     play(bench, script)
 

@@ -36,71 +36,69 @@ def in_a_sequence(bench, board, *commands):
 # not being performed"
 
 
-@scripts(
-    {
-        '40h: "If a move is currently being performed this command is ignored"; the sequence continues (1)':
-        "continuous 5 40000 1000000; 38 01 00 32 00; sequence 1: {32|32|40|39} {00|01|05|00}, 01 09; "
-        "default 10000 100000; 33 =30000; 0.5 s; velocity 10000; 41 01; 0.05 s; says 01 09; velocity 10000; 4 s; "
-        "at 30000; at rest; 81: 0",
-        '40h: "If a move is currently being performed this command is ignored"; the sequence continues (2)':
-        "continuous 5 40000 1000000; 38 01 00 32 00; sequence 1: {33|34} 00 00 00 07, 01 09; default 10000 100000; "
-        "33 =30000; 0.5 s; velocity 10000; 41 01; 0.05 s; says 01 09; velocity 10000; 4 s; at 30000; at rest; 81: 0",
-        '40h: "If a move is currently being performed this command is ignored"; the sequence continues (3)':
-        "continuous 5 40000 1000000; 38 01 00 32 00; sequence 1: 11, 01 09; default 10000 100000; 33 =30000; 0.5 s; "
-        "velocity 10000; 41 01; 0.05 s; says 01 09; velocity 10000; 4 s; at 30000; at rest; 81: 0",
-        "a sequence goes on beside the hosts move: 20h to 2Ch in a sequence do not wait for the host's move":
-        "sequence 1: 20 01 00 03, 01 01, 29 00 00 00 0A, 01 02; default 10000 100000; 33 =30000; 0.5 s; "
-        "velocity 10000; 41 01; 0.05 s; says 01 01, 01 01, 01 01, 01 02; velocity 10000",
-        "CEh: a continuous move can \"only\" be performed if the host's move neither accelerates nor decelerates":
-        "continuous 5 20000 1000000; sequence 1: 40 05; default 10000 100000; 32 00; 0.2 s; 41 01; 0.05 s; "
-        "velocity 20000",
-        "79h, 7Ah: a loop of commands that take no time is killed; the host's move is completed":
-        "sequence 1: 21 01, 08 01; default 10000 100000; 33 =30000; 0.5 s; velocity 10000; 41 01; 0.05 s; {79|7A}; "
-        "4 s; at 30000; at rest",
-        "73h: \"Any singular command being performed at the time\": both the host's move and the sequence's wait":
-        "sequence 1: 2B 00 3C, 01 09; default 10000 100000; 33 =30000; 0.5 s; velocity 10000; 41 01; 0.05 s; 73; 5 s; "
-        "velocity 10000; says 01 09",
-        "7Ah: between the KILL and the CONTINUE no command begins":
-        "1811 step_ms=20; relative 1 10000 100000 500; sequence 1: 40 01, 01 09; 41 01; 7A; 1 s; pulses 0; "
-        "says nothing; 48; says 01 09; pulses 0",
-        '72h: "Upon receipt of a CONTINUE command the next command that was to be performed ... is performed"':
-        "sequence 1: 28 00, 01 01, 01 02; 41 01; 0.05 s; 72; 0.1 s; says nothing; 48; says 01 01, 01 02",
-        "a continue before the suspension takes it back: 72h, and then 48h before the present command has ended: the "
-        "sequence is not suspended": "sequence 1: 29 00 00 00 C8, 01 01; 41 01; 0.05 s; 72; 48; 0.3 s; says 01 01",
-        "71h in a 28h leaves the sequence: 71h ends a sequence that waits in a 28h; CONTINUE does not bring it back":
-        "sequence 1: 28 00, 01 01; 41 01; 0.05 s; 71; 48; says nothing; 41 01; 48; 0.05 s; 48; says 01 01",
-        'The lists of these commands have no "concurrent-with-SEQUENCE-buffer-execution", so they are ignored (1)':
-        "sequence 2: 01 02; sequence 1: 28 00, 01 01; 41 01; 0.05 s; 72; {41|D9|DA|92} 02; 0.05 s; says nothing; 48; "
-        "says 01 01; 41 02; says 01 02; 90 -> 50",
-        'The lists of these commands have no "concurrent-with-SEQUENCE-buffer-execution", so they are ignored (2)':
-        "sequence 2: 01 02; sequence 1: 28 00, 01 01; 41 01; 0.05 s; 72; 50; 0.05 s; says nothing; 48; says 01 01; "
-        "41 02; says 01 02; 90 -> 50",
-        'The lists of these commands have no "concurrent-with-SEQUENCE-buffer-execution", so they are ignored (3)':
-        "sequence 2: 01 02; sequence 1: 28 00, 01 01; 41 01; 0.05 s; 72; 51 01 04 00 00 00 00; 0.05 s; says nothing; "
-        "48; says 01 01; 41 02; says 01 02; 90 -> 50",
-        "singular commands about sequences are ignored during a move but 41h is not: 92h, D9h and DAh are SINGULAR "
-        "and so ignored during a move; 41h is not SINGULAR":
-        "sequence 2: 01 02; default 10000 100000; 33 =30000; 0.5 s; velocity 10000; {D9|DA|92} 02; 0.05 s; "
-        "says nothing; 41 02; says 01 02",
-        'D9h: until D8h, "if they are not valid sequence buffer commands they are ignored", e.g. 41h, 92h, D9h':
-        "sequence 2: 01 02; D9 01; 41 02; 92 02; D9 03; DA 02; 48; 72; 01 01; D8; 92 01; says 92 01 01, 92 00; 92 02; "
-        "says 92 01 02, 92 00",
-        "CEh: a continuous move of the host is not refused by its own end":
-        "cruise 10000 100000; 32 01; 1 s; velocity -10000",
-        '79h, 7Ah, 7Dh, 7Eh: "Any singular command that is being performed in the sequence buffer" (1)':
-        "sequence 1: 2B 00 3C, 01 09; default 10000 100000; 33 =30000; 0.5 s; velocity 10000; 41 01; 0.05 s; 79; 4 s; "
-        "at 30000; at rest; 48; says nothing",
-        '79h, 7Ah, 7Dh, 7Eh: "Any singular command that is being performed in the sequence buffer" (2)':
-        "sequence 1: 2B 00 3C, 01 09; default 10000 100000; 33 =30000; 0.5 s; velocity 10000; 41 01; 0.05 s; 7A; 4 s; "
-        "at 30000; at rest; 48; says 01 09",
-        '79h, 7Ah, 7Dh, 7Eh: "Any singular command that is being performed in the sequence buffer" (3)':
-        "sequence 1: 2B 00 3C, 01 09; default 10000 100000; 33 =30000; 0.5 s; velocity 10000; 41 01; 0.05 s; "
-        "7D 01 01 00; trigger 1; 4 s; at 30000; at rest; 48; says nothing",
-        '79h, 7Ah, 7Dh, 7Eh: "Any singular command that is being performed in the sequence buffer" (4)':
-        "sequence 1: 2B 00 3C, 01 09; default 10000 100000; 33 =30000; 0.5 s; velocity 10000; 41 01; 0.05 s; "
-        "7E 01 01 00; trigger 1; 4 s; at 30000; at rest; 48; says 01 09",
-    }
-)  # fmt: skip
+@scripts({
+    '40h: "If a move is currently being performed this command is ignored"; the sequence continues (1)':
+    "continuous 5 40000 1000000; 38 01 00 32 00; sequence 1: {32|32|40|39} {00|01|05|00}, 01 09; "
+    "default 10000 100000; 33 =30000; 0.5 s; velocity 10000; 41 01; 0.05 s; says 01 09; velocity 10000; 4 s; "
+    "at 30000; at rest; 81: 0",
+    '40h: "If a move is currently being performed this command is ignored"; the sequence continues (2)':
+    "continuous 5 40000 1000000; 38 01 00 32 00; sequence 1: {33|34} 00 00 00 07, 01 09; default 10000 100000; "
+    "33 =30000; 0.5 s; velocity 10000; 41 01; 0.05 s; says 01 09; velocity 10000; 4 s; at 30000; at rest; 81: 0",
+    '40h: "If a move is currently being performed this command is ignored"; the sequence continues (3)':
+    "continuous 5 40000 1000000; 38 01 00 32 00; sequence 1: 11, 01 09; default 10000 100000; 33 =30000; 0.5 s; "
+    "velocity 10000; 41 01; 0.05 s; says 01 09; velocity 10000; 4 s; at 30000; at rest; 81: 0",
+    "a sequence goes on beside the hosts move: 20h to 2Ch in a sequence do not wait for the host's move":
+    "sequence 1: 20 01 00 03, 01 01, 29 00 00 00 0A, 01 02; default 10000 100000; 33 =30000; 0.5 s; "
+    "velocity 10000; 41 01; 0.05 s; says 01 01, 01 01, 01 01, 01 02; velocity 10000",
+    "CEh: a continuous move can \"only\" be performed if the host's move neither accelerates nor decelerates":
+    "continuous 5 20000 1000000; sequence 1: 40 05; default 10000 100000; 32 00; 0.2 s; 41 01; 0.05 s; "
+    "velocity 20000",
+    "79h, 7Ah: a loop of commands that take no time is killed; the host's move is completed":
+    "sequence 1: 21 01, 08 01; default 10000 100000; 33 =30000; 0.5 s; velocity 10000; 41 01; 0.05 s; {79|7A}; "
+    "4 s; at 30000; at rest",
+    "73h: \"Any singular command being performed at the time\": both the host's move and the sequence's wait":
+    "sequence 1: 2B 00 3C, 01 09; default 10000 100000; 33 =30000; 0.5 s; velocity 10000; 41 01; 0.05 s; 73; 5 s; "
+    "velocity 10000; says 01 09",
+    "7Ah: between the KILL and the CONTINUE no command begins":
+    "1811 step_ms=20; relative 1 10000 100000 500; sequence 1: 40 01, 01 09; 41 01; 7A; 1 s; pulses 0; "
+    "says nothing; 48; says 01 09; pulses 0",
+    '72h: "Upon receipt of a CONTINUE command the next command that was to be performed ... is performed"':
+    "sequence 1: 28 00, 01 01, 01 02; 41 01; 0.05 s; 72; 0.1 s; says nothing; 48; says 01 01, 01 02",
+    "a continue before the suspension takes it back: 72h, and then 48h before the present command has ended: the "
+    "sequence is not suspended": "sequence 1: 29 00 00 00 C8, 01 01; 41 01; 0.05 s; 72; 48; 0.3 s; says 01 01",
+    "71h in a 28h leaves the sequence: 71h ends a sequence that waits in a 28h; CONTINUE does not bring it back":
+    "sequence 1: 28 00, 01 01; 41 01; 0.05 s; 71; 48; says nothing; 41 01; 48; 0.05 s; 48; says 01 01",
+    'The lists of these commands have no "concurrent-with-SEQUENCE-buffer-execution", so they are ignored (1)':
+    "sequence 2: 01 02; sequence 1: 28 00, 01 01; 41 01; 0.05 s; 72; {41|D9|DA|92} 02; 0.05 s; says nothing; 48; "
+    "says 01 01; 41 02; says 01 02; 90 -> 50",
+    'The lists of these commands have no "concurrent-with-SEQUENCE-buffer-execution", so they are ignored (2)':
+    "sequence 2: 01 02; sequence 1: 28 00, 01 01; 41 01; 0.05 s; 72; 50; 0.05 s; says nothing; 48; says 01 01; "
+    "41 02; says 01 02; 90 -> 50",
+    'The lists of these commands have no "concurrent-with-SEQUENCE-buffer-execution", so they are ignored (3)':
+    "sequence 2: 01 02; sequence 1: 28 00, 01 01; 41 01; 0.05 s; 72; 51 01 04 00 00 00 00; 0.05 s; says nothing; "
+    "48; says 01 01; 41 02; says 01 02; 90 -> 50",
+    "singular commands about sequences are ignored during a move but 41h is not: 92h, D9h and DAh are SINGULAR "
+    "and so ignored during a move; 41h is not SINGULAR":
+    "sequence 2: 01 02; default 10000 100000; 33 =30000; 0.5 s; velocity 10000; {D9|DA|92} 02; 0.05 s; "
+    "says nothing; 41 02; says 01 02",
+    'D9h: until D8h, "if they are not valid sequence buffer commands they are ignored", e.g. 41h, 92h, D9h':
+    "sequence 2: 01 02; D9 01; 41 02; 92 02; D9 03; DA 02; 48; 72; 01 01; D8; 92 01; says 92 01 01, 92 00; 92 02; "
+    "says 92 01 02, 92 00",
+    "CEh: a continuous move of the host is not refused by its own end":
+    "cruise 10000 100000; 32 01; 1 s; velocity -10000",
+    '79h, 7Ah, 7Dh, 7Eh: "Any singular command that is being performed in the sequence buffer" (1)':
+    "sequence 1: 2B 00 3C, 01 09; default 10000 100000; 33 =30000; 0.5 s; velocity 10000; 41 01; 0.05 s; 79; 4 s; "
+    "at 30000; at rest; 48; says nothing",
+    '79h, 7Ah, 7Dh, 7Eh: "Any singular command that is being performed in the sequence buffer" (2)':
+    "sequence 1: 2B 00 3C, 01 09; default 10000 100000; 33 =30000; 0.5 s; velocity 10000; 41 01; 0.05 s; 7A; 4 s; "
+    "at 30000; at rest; 48; says 01 09",
+    '79h, 7Ah, 7Dh, 7Eh: "Any singular command that is being performed in the sequence buffer" (3)':
+    "sequence 1: 2B 00 3C, 01 09; default 10000 100000; 33 =30000; 0.5 s; velocity 10000; 41 01; 0.05 s; "
+    "7D 01 01 00; trigger 1; 4 s; at 30000; at rest; 48; says nothing",
+    '79h, 7Ah, 7Dh, 7Eh: "Any singular command that is being performed in the sequence buffer" (4)':
+    "sequence 1: 2B 00 3C, 01 09; default 10000 100000; 33 =30000; 0.5 s; velocity 10000; 41 01; 0.05 s; "
+    "7E 01 01 00; trigger 1; 4 s; at 30000; at rest; 48; says 01 09",
+})  # fmt: skip
 def test_whose_command(bench, script):
     play(bench, script)
 

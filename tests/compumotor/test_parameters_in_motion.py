@@ -45,19 +45,17 @@ def test_an_error_is_corrected_as_soon_as_all_is_defined(bench, last):
     assert number(bench, board, 0x99) == 0
 
 
-@scripts(
-    {
-        # "if 0 is chosen no correction will take place"
-        'B3h: "These parameters may be changed at any time", also in a correction: K is 10, then 20 (× 100 counts)':
-        "tracked; jam; 18 01; B3 01 0A 00 =50000; displace -100; 0.01 s; velocity 1000; B3 01 14 00 =50000; 0.01 s; "
-        "velocity 2000; B3 01 00 00 =50000; 0.01 s; at rest",
-        'Reset: "encoder counts are zero"; after a power cycle each push is counted once, not twice':
-        "tracked; power cycle; 1.01 s; displace 7; 9A: 7; power off; displace 7; power on; 1.01 s; 9A: 0",
-        'B5h: "whenever the encoder is within 5 encoder pulses": with an error of 5 this is true; within 4 it is false':
-        "tracked; 0F 00 80 01; displace 5; B5 FF FF 00 05; SB & 1 is 1; B5 FF FF 00 04; SB & 1 is 0; B5 FF FF FF FF; "
-        "SB & 1 is 1; B5 FF FF 00 00; SB & 1 is 0; displace -5; SB & 1 is 1",
-    }
-)  # fmt: skip
+@scripts({
+    # "if 0 is chosen no correction will take place"
+    'B3h: "These parameters may be changed at any time", also in a correction: K is 10, then 20 (× 100 counts)':
+    "tracked; jam; 18 01; B3 01 0A 00 =50000; displace -100; 0.01 s; velocity 1000; B3 01 14 00 =50000; 0.01 s; "
+    "velocity 2000; B3 01 00 00 =50000; 0.01 s; at rest",
+    'Reset: "encoder counts are zero"; after a power cycle each push is counted once, not twice':
+    "tracked; power cycle; 1.01 s; displace 7; 9A: 7; power off; displace 7; power on; 1.01 s; 9A: 0",
+    'B5h: "whenever the encoder is within 5 encoder pulses": with an error of 5 this is true; within 4 it is false':
+    "tracked; 0F 00 80 01; displace 5; B5 FF FF 00 05; SB & 1 is 1; B5 FF FF 00 04; SB & 1 is 0; B5 FF FF FF FF; "
+    "SB & 1 is 1; B5 FF FF 00 00; SB & 1 is 0; displace -5; SB & 1 is 1",
+})  # fmt: skip
 def test_parameters_in_motion(bench, script):
     play(bench, script)
 

@@ -10,29 +10,27 @@ from .scripts import play
 from .talking import ENABLE, RESET, TAKEN, ask, default, i32, ready, send, send_all, write
 
 
-@scripts(
-    {
-        "bit four clears with the command and is set again about a millisecond later":
-        "IDB 01 07; CB 10; SB 40; 0.0009 s; SB 40; 0.0002 s; SB 50",
-        "asking takes about five milliseconds": "clock; 8C -> 00; 5 to 6 ms later",
-        "messages come out one at a time in order":
-        "01 00; 01 01; 01 02; 01 03; 01 04; 01 05; 01 06; 01 07; 01 08; 01 09; says 01 00, 01 01, 01 02, 01 03, "
-        "01 04, 01 05, 01 06, 01 07, 01 08, 01 09",
-        "user bits are seen in the status byte":
-        "08 {00|01|02|03|04|05|06|07}; SB {50|51|52|53|54|55|56|57}; ju19 is low",
-        '"The interrupt mask bit is always the negative of the current value of the interrupt enable bit"':
-        "IDB 01 07; CB 50; 0.01 s; interrupt; SB 98; CB 00; no interrupt; SB 58; CB 40; interrupt; CB C0; "
-        "no interrupt; SB 10",
-        "power that is on already is no reset": "08 05; power on; SB 55",
-        "power up takes about one second and leaves 50h": "new 1811; SB 40; 0.9 s; SB 40; 0.11 s; SB 50",
-        "bytes that were not read are overwritten by the next message":
-        "01 11; 01 22; 0.02 s; ODB 01; CB 80; SB & 8 is 0; next 01 22",
-        "commands queue up and are obeyed in order": "08 05; 90; 08 02; SB & 7 is 5; next 90 50; 0.0001 s; SB & 7 is 2",
-        "a board without power does not drive the bus": "power off; IDB 01; CB 10; ODB FF; SB FF",
-        "a fifo holds sixteen bytes: the seventeenth byte is lost, so the command of sixteen bytes is still valid":
-        "IDB 01 07 00 00 00 00 00 00 00 00 00 00 00 00 00 00 55; CB 10; next 01 07",
-    }
-)  # fmt: skip
+@scripts({
+    "bit four clears with the command and is set again about a millisecond later":
+    "IDB 01 07; CB 10; SB 40; 0.0009 s; SB 40; 0.0002 s; SB 50",
+    "asking takes about five milliseconds": "clock; 8C -> 00; 5 to 6 ms later",
+    "messages come out one at a time in order":
+    "01 00; 01 01; 01 02; 01 03; 01 04; 01 05; 01 06; 01 07; 01 08; 01 09; says 01 00, 01 01, 01 02, 01 03, "
+    "01 04, 01 05, 01 06, 01 07, 01 08, 01 09",
+    "user bits are seen in the status byte":
+    "08 {00|01|02|03|04|05|06|07}; SB {50|51|52|53|54|55|56|57}; ju19 is low",
+    '"The interrupt mask bit is always the negative of the current value of the interrupt enable bit"':
+    "IDB 01 07; CB 50; 0.01 s; interrupt; SB 98; CB 00; no interrupt; SB 58; CB 40; interrupt; CB C0; "
+    "no interrupt; SB 10",
+    "power that is on already is no reset": "08 05; power on; SB 55",
+    "power up takes about one second and leaves 50h": "new 1811; SB 40; 0.9 s; SB 40; 0.11 s; SB 50",
+    "bytes that were not read are overwritten by the next message":
+    "01 11; 01 22; 0.02 s; ODB 01; CB 80; SB & 8 is 0; next 01 22",
+    "commands queue up and are obeyed in order": "08 05; 90; 08 02; SB & 7 is 5; next 90 50; 0.0001 s; SB & 7 is 2",
+    "a board without power does not drive the bus": "power off; IDB 01; CB 10; ODB FF; SB FF",
+    "a fifo holds sixteen bytes: the seventeenth byte is lost, so the command of sixteen bytes is still valid":
+    "IDB 01 07 00 00 00 00 00 00 00 00 00 00 00 00 00 00 55; CB 10; next 01 07",
+})  # fmt: skip
 def test_registers(bench, script):
     play(bench, script)
 

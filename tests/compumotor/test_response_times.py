@@ -26,18 +26,16 @@ def test_a_limit_must_remain_active_for_75_microseconds(bench, board, minus, lim
     assert (board.axes["motor"].velocity == 0) is stopped
 
 
-@scripts(
-    {
-        'TRIGGER #1 and #6: "response will be within 200 microseconds for #1 and 400 microseconds" for #6':
-        "cruise 10000 100000; 7C {01|06} 01 00; {trigger1|trigger6} low; 0.002 s; {trigger1|trigger6} high; "
-        "{0.000199999|0.000399999} s; moving; 0.000000002 s; at rest",
-        '78h: "immediately stopped": A3h sends no message, and there is one end of motion (1)':
-        "A3 01; A5 01; default 10000 100000; 33 =3000; 0.05 s; 78; says A5 00; 1 s; 88 & F0 is 00; says nothing",
-        '78h: "immediately stopped": A3h sends no message, and there is one end of motion (2)':
-        "A3 01; A5 01; default 10000 100000; 33 =3000; 0.05 s; cw_limit high; says A5 00; 1 s; 88 & F0 is 00; "
-        "says nothing",
-    }
-)  # fmt: skip
+@scripts({
+    'TRIGGER #1 and #6: "response will be within 200 microseconds for #1 and 400 microseconds" for #6':
+    "cruise 10000 100000; 7C {01|06} 01 00; {trigger1|trigger6} low; 0.002 s; {trigger1|trigger6} high; "
+    "{0.000199999|0.000399999} s; moving; 0.000000002 s; at rest",
+    '78h: "immediately stopped": A3h sends no message, and there is one end of motion (1)':
+    "A3 01; A5 01; default 10000 100000; 33 =3000; 0.05 s; 78; says A5 00; 1 s; 88 & F0 is 00; says nothing",
+    '78h: "immediately stopped": A3h sends no message, and there is one end of motion (2)':
+    "A3 01; A5 01; default 10000 100000; 33 =3000; 0.05 s; cw_limit high; says A5 00; 1 s; 88 & F0 is 00; "
+    "says nothing",
+})  # fmt: skip
 def test_response_times(bench, script):
     play(bench, script)
 

@@ -29,34 +29,32 @@ def over(bench, board):
     return board.axes["motor"].position
 
 
-@scripts(
-    {
-        "all of it: the level must last 3 ms, so at 1,000 pulses/s the motor stops 3 pulses beyond the edge":
-        "1811 motor={'home':(2000,9000)}; default 5000 20000; 38 01 01 14 00; 0F 00 02 01; 39 00; until SB & 1 is 0; "
-        "at 2003; 82: 0",
-        '39h: "if an end of limit is encountered the motor will reverse"; HOME is 2,003, as without the limit':
-        "1811 motor={'home':(2000,9000)}; default 5000 20000; 38 01 01 14 00; 0F 00 02 01; 39 01; 0.1 s; "
-        "ccw_limit high; 0.1 s; ccw_limit low; until SB & 1 is 0; at 2003; 82: 0",
-        "Pre-defined moves: less than half of 30 ms for a move that is not calculated; here 1 + 10 + 3 ms":
-        "1811 motor={'home':(2000,9000)}; default 5000 20000; 38 01 01 14 00; 0F 00 02 01; clock; IDB 39 00; CB 10; "
-        "until moving; 14 ms later",
-        '39h: "at the velocity and acceleration specified with command 31h": a later 31h is for the next search':
-        "1811 motor={'home':(2000,9000)}; default 5000 20000; 38 01 01 14 00; 0F 00 02 01; 39 00; 0.3 s; "
-        "default 500 20000; 0.02 s; velocity 5000; until SB & 1 is 0; at 2003; 33 =-3; idle; 82: -3",
-        'Limit switch inputs: "will not allow the motor to move toward that limit switch": HOME is unchanged':
-        "1811 motor={'home':(2000,9000)}; default 5000 20000; 38 01 01 14 00; 0F 00 02 01; 39 00; until 8F & FF is FF; "
-        "ccw_limit high; until SB & 1 is 0; mark; at 2601 to 2659; 82: marked",
-        "Limit switch inputs: a limit stops the overshoot, as 78h does, and the recovery begins at that position":
-        "1811 motor={'home':(2000,9000)}; default 5000 20000; 38 01 01 14 00; 0F 00 02 01; 39 00; until 8F & FF is FF; "
-        "cw_limit high; 0.001 s; at rest; at under 2500; until velocity under 0; until SB & 1 is 0; at under 2003; "
-        "82: not 0",
-        "a limit in the recovery is the end of the search: the motor stands within the active region, or behind its "
-        "other end, where the final approach CW could begin":
-        "1811 motor={'home':(2000,{9000|2100})}; default 5000 20000; 38 01 01 14 00; 0F 00 02 01; 39 00; "
-        "until 8F & FF is FF; until velocity under 0; 0.05 s; ccw_limit high; until SB & 1 is 0; mark; "
-        "at 2004 to 2659; 1 s; moved 0; 82: marked",
-    }
-)  # fmt: skip
+@scripts({
+    "all of it: the level must last 3 ms, so at 1,000 pulses/s the motor stops 3 pulses beyond the edge":
+    "1811 motor={'home':(2000,9000)}; default 5000 20000; 38 01 01 14 00; 0F 00 02 01; 39 00; until SB & 1 is 0; "
+    "at 2003; 82: 0",
+    '39h: "if an end of limit is encountered the motor will reverse"; HOME is 2,003, as without the limit':
+    "1811 motor={'home':(2000,9000)}; default 5000 20000; 38 01 01 14 00; 0F 00 02 01; 39 01; 0.1 s; "
+    "ccw_limit high; 0.1 s; ccw_limit low; until SB & 1 is 0; at 2003; 82: 0",
+    "Pre-defined moves: less than half of 30 ms for a move that is not calculated; here 1 + 10 + 3 ms":
+    "1811 motor={'home':(2000,9000)}; default 5000 20000; 38 01 01 14 00; 0F 00 02 01; clock; IDB 39 00; CB 10; "
+    "until moving; 14 ms later",
+    '39h: "at the velocity and acceleration specified with command 31h": a later 31h is for the next search':
+    "1811 motor={'home':(2000,9000)}; default 5000 20000; 38 01 01 14 00; 0F 00 02 01; 39 00; 0.3 s; "
+    "default 500 20000; 0.02 s; velocity 5000; until SB & 1 is 0; at 2003; 33 =-3; idle; 82: -3",
+    'Limit switch inputs: "will not allow the motor to move toward that limit switch": HOME is unchanged':
+    "1811 motor={'home':(2000,9000)}; default 5000 20000; 38 01 01 14 00; 0F 00 02 01; 39 00; until 8F & FF is FF; "
+    "ccw_limit high; until SB & 1 is 0; mark; at 2601 to 2659; 82: marked",
+    "Limit switch inputs: a limit stops the overshoot, as 78h does, and the recovery begins at that position":
+    "1811 motor={'home':(2000,9000)}; default 5000 20000; 38 01 01 14 00; 0F 00 02 01; 39 00; until 8F & FF is FF; "
+    "cw_limit high; 0.001 s; at rest; at under 2500; until velocity under 0; until SB & 1 is 0; at under 2003; "
+    "82: not 0",
+    "a limit in the recovery is the end of the search: the motor stands within the active region, or behind its "
+    "other end, where the final approach CW could begin":
+    "1811 motor={'home':(2000,{9000|2100})}; default 5000 20000; 38 01 01 14 00; 0F 00 02 01; 39 00; "
+    "until 8F & FF is FF; until velocity under 0; 0.05 s; ccw_limit high; until SB & 1 is 0; mark; "
+    "at 2004 to 2659; 1 s; moved 0; 82: marked",
+})  # fmt: skip
 def test_search_limits(bench, script):
     play(bench, script)
 

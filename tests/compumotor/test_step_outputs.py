@@ -141,44 +141,42 @@ def test_a_reading_that_does_not_exist(bench, option):
 # What the board has set, and what is at the terminal
 
 
-@scripts(
-    {
-        '97h: "The state returned is the programmed state of the programmable output bits"':
-        "output1 low; output2 low; 97 -> 06; 0C 01; output1 high; 97 -> 04",
-        "a shutdown terminal that is overpowered stops no move: 12h and 13h decide on a shutdown, not the level of "
-        "the terminal, which is an output":
-        "shutdown high; default 1000 at_once; 33 =10; idle; at 10; shutdown low; 12 01; 33 =10; 0.1 s; at 10",
-        'Remote power shutdown: not "if the motor is moving"; it acts if the input is still active at rest':
-        "13 01; default 1000 at_once; 33 =500; 0.1 s; shutdown_in low; shutdown is low; idle; at 500; shutdown is high",
-        "0Fh: the bit shows whether the motor moves; a value written by 08h or 09h stays until this state changes":
-        "0F 00 01 01; SB & 1 is 0; {08|09} {01|00}; SB & 1 is 1; default 1000 at_once; 33 =5; idle; SB & 1 is 0",
-        '2Fh: "within the absolute closed-loop positioning range": as in 9Ah, 80000000h to 7FFFFFFFh (1)':
-        "2F =at_once; 9A -> 7F FF FF FF",
-        '2Fh: "within the absolute closed-loop positioning range": as in 9Ah, 80000000h to 7FFFFFFFh (2)':
-        "2F =-2147483648; 9A -> 80",
-        'Specifications: "response will be within 200 microseconds for #1"':
-        "AC 01 01; trigger1 low; 0.003 s; trigger1 high; 0.000199 s; trigger1 low; says nothing; trigger1 low; "
-        "0.003 s; trigger1 high; 0.0003 s; trigger1 low; says AC 01; idle",
-        "a joystick that is deflected when it is enabled begins a move":
-        "A0 01; A1 01; A4 01; A5 01; at_zero low; says nothing; 11; says A0 00, A1 00",
-        '10h: "Disabling of the Joystick occurs whether or not the motor is moving"; A4h: "arrives at zero velocity"':
-        "A4 01; A5 01; 11; at_zero low; 0.05 s; {10|73}; says A4 00, A5 00; at_zero high; says nothing",
-        "A0h: \"the current move will not cause an interrupt\"; the request is for the joystick's next move":
-        "11; at_zero low; 0.01 s; A0 01; A1 01; A4 01; A5 01; at_zero high; says A4 00, A5 00; at_zero low; "
-        "says A0 00, A1 00",
-        "A2h, A3h: the joystick's pulses pass through the board, which has no constant velocity of its own to report":
-        "A2 01; A3 01; 11; 0.02 s; stick 1000; 1 s; says nothing",
-        'Trigger inputs: "a hold time of 500 microseconds to be recognized, and Trigger 6 requires 1 millisecond"':
-        "1811 {trigger1_hold_us=500|trigger6_hold_us=1000}; AC {01|06} 01; {trigger1|trigger6} low; 0.003 s; "
-        "{trigger1|trigger6} high; {0.000499|0.000999} s; {trigger1|trigger6} low; says nothing; {trigger1|"
-        "trigger6} low; 0.003 s; {trigger1|trigger6} high; {0.000501|0.001001} s; {trigger1|trigger6} low; "
-        "says AC {01|06}",
-        '86h: "current acceleration"; at rest and at constant velocity that of the most recent move, before any move '
-        "0 (1)": "default 1000 7000 17; 85 -> 00; 33 =5; idle; 85 -> 11",
-        '86h: "current acceleration"; at rest and at constant velocity that of the most recent move, before any move '
-        "0 (2)": "default 1000 7000 17; 86 -> 00; 33 =5; idle; 86 -> 11 00 00 1B 58",
-    }
-)  # fmt: skip
+@scripts({
+    '97h: "The state returned is the programmed state of the programmable output bits"':
+    "output1 low; output2 low; 97 -> 06; 0C 01; output1 high; 97 -> 04",
+    "a shutdown terminal that is overpowered stops no move: 12h and 13h decide on a shutdown, not the level of "
+    "the terminal, which is an output":
+    "shutdown high; default 1000 at_once; 33 =10; idle; at 10; shutdown low; 12 01; 33 =10; 0.1 s; at 10",
+    'Remote power shutdown: not "if the motor is moving"; it acts if the input is still active at rest':
+    "13 01; default 1000 at_once; 33 =500; 0.1 s; shutdown_in low; shutdown is low; idle; at 500; shutdown is high",
+    "0Fh: the bit shows whether the motor moves; a value written by 08h or 09h stays until this state changes":
+    "0F 00 01 01; SB & 1 is 0; {08|09} {01|00}; SB & 1 is 1; default 1000 at_once; 33 =5; idle; SB & 1 is 0",
+    '2Fh: "within the absolute closed-loop positioning range": as in 9Ah, 80000000h to 7FFFFFFFh (1)':
+    "2F =at_once; 9A -> 7F FF FF FF",
+    '2Fh: "within the absolute closed-loop positioning range": as in 9Ah, 80000000h to 7FFFFFFFh (2)':
+    "2F =-2147483648; 9A -> 80",
+    'Specifications: "response will be within 200 microseconds for #1"':
+    "AC 01 01; trigger1 low; 0.003 s; trigger1 high; 0.000199 s; trigger1 low; says nothing; trigger1 low; "
+    "0.003 s; trigger1 high; 0.0003 s; trigger1 low; says AC 01; idle",
+    "a joystick that is deflected when it is enabled begins a move":
+    "A0 01; A1 01; A4 01; A5 01; at_zero low; says nothing; 11; says A0 00, A1 00",
+    '10h: "Disabling of the Joystick occurs whether or not the motor is moving"; A4h: "arrives at zero velocity"':
+    "A4 01; A5 01; 11; at_zero low; 0.05 s; {10|73}; says A4 00, A5 00; at_zero high; says nothing",
+    "A0h: \"the current move will not cause an interrupt\"; the request is for the joystick's next move":
+    "11; at_zero low; 0.01 s; A0 01; A1 01; A4 01; A5 01; at_zero high; says A4 00, A5 00; at_zero low; "
+    "says A0 00, A1 00",
+    "A2h, A3h: the joystick's pulses pass through the board, which has no constant velocity of its own to report":
+    "A2 01; A3 01; 11; 0.02 s; stick 1000; 1 s; says nothing",
+    'Trigger inputs: "a hold time of 500 microseconds to be recognized, and Trigger 6 requires 1 millisecond"':
+    "1811 {trigger1_hold_us=500|trigger6_hold_us=1000}; AC {01|06} 01; {trigger1|trigger6} low; 0.003 s; "
+    "{trigger1|trigger6} high; {0.000499|0.000999} s; {trigger1|trigger6} low; says nothing; {trigger1|"
+    "trigger6} low; 0.003 s; {trigger1|trigger6} high; {0.000501|0.001001} s; {trigger1|trigger6} low; "
+    "says AC {01|06}",
+    '86h: "current acceleration"; at rest and at constant velocity that of the most recent move, before any move '
+    "0 (1)": "default 1000 7000 17; 85 -> 00; 33 =5; idle; 85 -> 11",
+    '86h: "current acceleration"; at rest and at constant velocity that of the most recent move, before any move '
+    "0 (2)": "default 1000 7000 17; 86 -> 00; 33 =5; idle; 86 -> 11 00 00 1B 58",
+})  # fmt: skip
 def test_step_outputs(bench, script):
     play(bench, script)
 

@@ -122,19 +122,17 @@ def test_there_and_back_by_the_direction_bit(bench, board):
     assert ask(bench, board, 0x85)[:3] == b"\x85\0\0"
 
 
-@scripts(
-    {
-        "a pair without distance is skipped and a velocity of zero stops":
-        "51 03 01 =never; pairs 1500 10 6000 0 0 777; 42; idle; at 10",
-        "a pair shorter than two milliseconds lasts two: 2,000 pps for 1 pulse would take 0.5 ms; the pair lasts 2 "
-        "ms, which are 4 pulses": "51 03 01 =never; pairs 3000 1 0 0 0 0; 42; idle; at 4",
-        "with ccw as plus the direction bit is still physical":
-        "14 01; 51 03 01 =never; pairs 34268 100 0 0 0 0; 42; 0.05 s; 85 -> 85 DC; idle; at -100; 83: 100",
-        "a stream of zeros within the period of a joystick is no motion: the stick's pulses are 0.5 s apart; half a "
-        "period later the motor is at rest, and 8Ch reports 00":
-        "11; joystick 2 500 ms; at_zero high; 10; 52 03 01 =never #2; velocities 0; 42; 0.05 s; 8C -> 00",
-    }
-)  # fmt: skip
+@scripts({
+    "a pair without distance is skipped and a velocity of zero stops":
+    "51 03 01 =never; pairs 1500 10 6000 0 0 777; 42; idle; at 10",
+    "a pair shorter than two milliseconds lasts two: 2,000 pps for 1 pulse would take 0.5 ms; the pair lasts 2 "
+    "ms, which are 4 pulses": "51 03 01 =never; pairs 3000 1 0 0 0 0; 42; idle; at 4",
+    "with ccw as plus the direction bit is still physical":
+    "14 01; 51 03 01 =never; pairs 34268 100 0 0 0 0; 42; 0.05 s; 85 -> 85 DC; idle; at -100; 83: 100",
+    "a stream of zeros within the period of a joystick is no motion: the stick's pulses are 0.5 s apart; half a "
+    "period later the motor is at rest, and 8Ch reports 00":
+    "11; joystick 2 500 ms; at_zero high; 10; 52 03 01 =never #2; velocities 0; 42; 0.05 s; 8C -> 00",
+})  # fmt: skip
 def test_velocity_distance(bench, script):
     play(bench, script)
 
@@ -161,14 +159,12 @@ def test_distances_add_up_exactly(bench, board, sign):
     assert free(bench, board) == 598  # data after the end wait for another 42h
 
 
-@scripts(
-    {
-        "Base 3 / 16: the maximum is 1365 1/3 pulses/s × 32,767/32,768, that is 136 pulses in 100 ms":
-        "53 03 10 =never #100; distances 10000 32769; 42; idle; at 136",
-        "data of another mode are ignored":
-        "53 01 01 =never #2; velocities 1; pairs 1 1 1 1 1 1; E2: 600; distances 1; E2: 598",
-    }
-)  # fmt: skip
+@scripts({
+    "Base 3 / 16: the maximum is 1365 1/3 pulses/s × 32,767/32,768, that is 136 pulses in 100 ms":
+    "53 03 10 =never #100; distances 10000 32769; 42; idle; at 136",
+    "data of another mode are ignored":
+    "53 01 01 =never #2; velocities 1; pairs 1 1 1 1 1 1; E2: 600; distances 1; E2: 598",
+})  # fmt: skip
 def test_distance_time(bench, script):
     play(bench, script)
 
@@ -176,23 +172,21 @@ def test_distance_time(bench, script):
 # Modes
 
 
-@scripts(
-    {
-        "entering a streaming mode destroys the sequences and not the moves":
-        "C8 01 00 =100 =1000 =5; D9 01; 40 01; D8; 51 01 01 =never; 40 01; 50; E2: 600; 41 01; 1 s; at 0; 40 01; "
-        "idle; at 5",
-        "the moves that streaming modes know":
-        "default 1000 100000; 52 03 01 =never #2; 32 00; 33 =120; 0.06 s; velocities 0; 42; 85 -> 05 DC; idle; "
-        "34 =100; idle; at 100; E2: 586",
-        "no other mode while moving or performing":
-        "52 03 01 =never #50; velocities 0 0 0 0 0 0 1500; 42; 51 01 01 =never; 50; 90 -> 52 03 01 =never #50; 1 s; "
-        "51 01 01 =never; 90 -> 52 03 01 =never #50; 50; 90 -> 50; velocity 1000; 70; 0.1 s; at rest",
-        "entering a mode anew empties the buffer":
-        "52 03 01 =never #2; velocities 5; 52 02 01 =never #9; E2: 600; 90 -> 52 02 01 00 00 FF FF 00 09",
-        "no more pulses after a reset":
-        "52 03 01 =never #2; velocities 5000; 42; 0.05 s; CB 20; mark; 2 s; moved 0; 90 -> 50",
-    }
-)  # fmt: skip
+@scripts({
+    "entering a streaming mode destroys the sequences and not the moves":
+    "C8 01 00 =100 =1000 =5; D9 01; 40 01; D8; 51 01 01 =never; 40 01; 50; E2: 600; 41 01; 1 s; at 0; 40 01; "
+    "idle; at 5",
+    "the moves that streaming modes know":
+    "default 1000 100000; 52 03 01 =never #2; 32 00; 33 =120; 0.06 s; velocities 0; 42; 85 -> 05 DC; idle; "
+    "34 =100; idle; at 100; E2: 586",
+    "no other mode while moving or performing":
+    "52 03 01 =never #50; velocities 0 0 0 0 0 0 1500; 42; 51 01 01 =never; 50; 90 -> 52 03 01 =never #50; 1 s; "
+    "51 01 01 =never; 90 -> 52 03 01 =never #50; 50; 90 -> 50; velocity 1000; 70; 0.1 s; at rest",
+    "entering a mode anew empties the buffer":
+    "52 03 01 =never #2; velocities 5; 52 02 01 =never #9; E2: 600; 90 -> 52 02 01 00 00 FF FF 00 09",
+    "no more pulses after a reset":
+    "52 03 01 =never #2; velocities 5000; 42; 0.05 s; CB 20; mark; 2 s; moved 0; 90 -> 50",
+})  # fmt: skip
 def test_modes(bench, script):
     play(bench, script)
 

@@ -36,21 +36,19 @@ def test_data_need_fifteen_free_bytes(bench, board, mode, put, bytes_each):
     assert free(bench, board) == left == 12
 
 
-@scripts(
-    {
-        "fourteen free bytes are too few and fifteen enough":
-        "1811 {buffer_bytes=28|buffer_bytes=29}; 52 01 01 =never #2; velocities 1 1 1 1 1 1 1 1 1 1 1 1 1 1; E2: {14|"
-        "1}",
-        "an empty buffer is not performed": "0F 00 04 01; 52 01 01 =never #2; 42; SB & 1 is 0",
-        "a marker among pairs and among distances":
-        "51 03 01 =never; EE #77 01 05 00; pairs 1500 10 77 1000 0 0; 42; idle; at 10; 53 03 01 =never #10; "
-        "EE #32769 01 06 00; EE #32768 01 06 00; distances 10 77 10 32769 77; 42; idle; at 30; says 01 05, 01 05",
-        "what a velocity leads to at once may end the performance: a stall is detected when the zero velocity is "
-        "output, after 3 ms at 3,500 pulses/s: ten pulses, one tooth":
-        "1811 motor={'encoder':{'counts_per_rev':400}}; B0 00 01 00 01; B1 00 00 01 90; B2 00 00 00 00; "
-        "B4 00 00 00 32; 19 01; 52 03 01 =never #3; velocities 5250 0 5250; jam; 42; 1 s; at rest; E2: 590",
-    }
-)  # fmt: skip
+@scripts({
+    "fourteen free bytes are too few and fifteen enough":
+    "1811 {buffer_bytes=28|buffer_bytes=29}; 52 01 01 =never #2; velocities 1 1 1 1 1 1 1 1 1 1 1 1 1 1; E2: {14|"
+    "1}",
+    "an empty buffer is not performed": "0F 00 04 01; 52 01 01 =never #2; 42; SB & 1 is 0",
+    "a marker among pairs and among distances":
+    "51 03 01 =never; EE #77 01 05 00; pairs 1500 10 77 1000 0 0; 42; idle; at 10; 53 03 01 =never #10; "
+    "EE #32769 01 06 00; EE #32768 01 06 00; distances 10 77 10 32769 77; 42; idle; at 30; says 01 05, 01 05",
+    "what a velocity leads to at once may end the performance: a stall is detected when the zero velocity is "
+    "output, after 3 ms at 3,500 pulses/s: ten pulses, one tooth":
+    "1811 motor={'encoder':{'counts_per_rev':400}}; B0 00 01 00 01; B1 00 00 01 90; B2 00 00 00 00; "
+    "B4 00 00 00 32; 19 01; 52 03 01 =never #3; velocities 5250 0 5250; jam; 42; 1 s; at rest; E2: 590",
+})  # fmt: skip
 def test_room(bench, script):
     play(bench, script)
 
@@ -72,20 +70,18 @@ def test_the_alarm_comes_once_when_the_bytes_left_are_down_to_its_value(bench, b
     assert message(bench, board, 1) == b""
 
 
-@scripts(
-    {
-        "no alarm unless the buffer has held more":
-        "52 01 01 =14 #2; velocities 9 9 9 9 9 9 9; 42; 0.1 s; says nothing; velocities 9 9 9 9 9 9 9 9 9 9 9 9 9 9; "
-        "42; 0.1 s; says 52 01 01 00 00 00 0E 00 02; velocities 9 9 9 9 9 9 9 9 9 9 9 9 9 9; 42; 0.1 s; "
-        "says 52 01 01 00 00 00 0E 00 02",
-        "no alarm for a value above the buffer nor for a killed one":
-        "51 03 01 =65535; pairs 1500 10 1500 10 0 0; 42; 0.2 s; 51 03 01 =4; pairs 1500 10 1500 10 0 0; 7B; 0.2 s; "
-        "says nothing; E2: 600",
-        "the alarm of pairs and of distances":
-        "51 03 02 =0; pairs 1500 10 1500 10 0 0; 42; idle; says 51 03 02; 53 03 02 =0 #3; distances 5 32769; 42; "
-        "idle; says 53 03 02 00 00 00 00 00 03",
-    }
-)  # fmt: skip
+@scripts({
+    "no alarm unless the buffer has held more":
+    "52 01 01 =14 #2; velocities 9 9 9 9 9 9 9; 42; 0.1 s; says nothing; velocities 9 9 9 9 9 9 9 9 9 9 9 9 9 9; "
+    "42; 0.1 s; says 52 01 01 00 00 00 0E 00 02; velocities 9 9 9 9 9 9 9 9 9 9 9 9 9 9; 42; 0.1 s; "
+    "says 52 01 01 00 00 00 0E 00 02",
+    "no alarm for a value above the buffer nor for a killed one":
+    "51 03 01 =65535; pairs 1500 10 1500 10 0 0; 42; 0.2 s; 51 03 01 =4; pairs 1500 10 1500 10 0 0; 7B; 0.2 s; "
+    "says nothing; E2: 600",
+    "the alarm of pairs and of distances":
+    "51 03 02 =0; pairs 1500 10 1500 10 0 0; 42; idle; says 51 03 02; 53 03 02 =0 #3; distances 5 32769; 42; "
+    "idle; says 53 03 02 00 00 00 00 00 03",
+})  # fmt: skip
 def test_alarm(bench, script):
     play(bench, script)
 
@@ -121,19 +117,17 @@ def test_when_it_runs_dry_the_motor_stays_at_its_velocity_until_it_is_performed_
 # Stops
 
 
-@scripts(
-    {
-        "stop and kill end the pulses and the performance at once":
-        "52 03 01 =never #100; velocities 1500 1500 1500 1500 1500 1500 1500; 42; 0.25 s; {70|78}; at rest; 1 s; "
-        "at rest; E2: 592; 42; 1 s; velocity 1000",
-        "kill of the buffer keeps the velocity and empties it":
-        "52 03 01 =never #100; velocities 1500 3000 4500; 42; 0.15 s; 7B; 1 s; velocity 2000; E2: 600; "
-        "velocities 1500 0; 42; 0.05 s; velocity 1000; 1 s; at rest",
-        "a limit ends the stream and lets only the other direction begin":
-        "1811 motor={'limits':(-10000,50)}; 52 03 01 =never #100; velocities 1500 1500 1500 1500 1500 1500 0; 42; "
-        "1 s; at 51; E2: 588; 42; 0.1 s; at 51; 7B; velocities 34268 0; 42; idle; at -49",
-    }
-)  # fmt: skip
+@scripts({
+    "stop and kill end the pulses and the performance at once":
+    "52 03 01 =never #100; velocities 1500 1500 1500 1500 1500 1500 1500; 42; 0.25 s; {70|78}; at rest; 1 s; "
+    "at rest; E2: 592; 42; 1 s; velocity 1000",
+    "kill of the buffer keeps the velocity and empties it":
+    "52 03 01 =never #100; velocities 1500 3000 4500; 42; 0.15 s; 7B; 1 s; velocity 2000; E2: 600; "
+    "velocities 1500 0; 42; 0.05 s; velocity 1000; 1 s; at rest",
+    "a limit ends the stream and lets only the other direction begin":
+    "1811 motor={'limits':(-10000,50)}; 52 03 01 =never #100; velocities 1500 1500 1500 1500 1500 1500 0; 42; "
+    "1 s; at 51; E2: 588; 42; 0.1 s; at 51; 7B; velocities 34268 0; 42; idle; at -49",
+})  # fmt: skip
 def test_stops(bench, script):
     play(bench, script)
 

@@ -83,12 +83,10 @@ def test_a_stream_does_not_outlive_its_board(bench, board, mode, way):
     assert board.axes["motor"].position == stands
 
 
-@scripts(
-    {
-        'EEh: a command takes "two to four milliseconds to execute"; a reset within this time prevents it':
-        "52 01 10 =never #10; EE FF FF 09 02 00; EE FF FE 94 00 00; velocities 65534 4096 65535 8192 4096 0 0; 42; "
-        "until moving; {0.001|0.002} s; CB 20; 1.1 s; SB 50; says nothing; 90 -> 50",
-    }
-)  # fmt: skip
+@scripts({
+    'EEh: a command takes "two to four milliseconds to execute"; a reset within this time prevents it':
+    "52 01 10 =never #10; EE FF FF 09 02 00; EE FF FE 94 00 00; velocities 65534 4096 65535 8192 4096 0 0; 42; "
+    "until moving; {0.001|0.002} s; CB 20; 1.1 s; SB 50; says nothing; 90 -> 50",
+})  # fmt: skip
 def test_moments_of_a_stream(bench, script):
     play(bench, script)

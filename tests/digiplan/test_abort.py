@@ -38,32 +38,30 @@ def test_the_stop_is_a_deceleration_along_the_ramp(bench, if1):
     assert since_start(if1.axes["X"]) == pulse_times_of([*up, along, *reversed(up)])
 
 
-@scripts(
-    {
-        # 206 / 6.25 = 32.96, so 33 x 6.25 = 206.25 steps/s
-        "Aborting, after a delay instead of an input: a run of 500 ms at 206.25 steps/s is 103 steps":
-        ":X@206G:P0,50:A:Y7:$; idle; at 103 7 0",
-        # up 39 in 60 ms, 440 ms at 1000 steps/s, down 39: 518; the phase at the cut adds no more than one
-        "Aborting: there is one ramp generator, so the Y move begins when the X axis is at rest":
-        ":X@1000G:P0,50:A:Y20@400:$; idle; Y begins 0 to 5 ms after X; X between 518 520; Y at 20",
-        "Aborting: a run-mode move is followed by other steps":
-        ":X@1000G:S1:P2,50:H1A:$; 0.2 s; output1 is high; output2 is high; 1 s; output2 is low; K: 3",
-        'Run mode: "the data used in a previous index will be lost ... default to zero index length"':
-        ":Z100@200:X@206G:P0,50:A:Y:Z30:$; idle; at 103 0 130",
-        "Aborting: a run started by a sequence continues until it is stopped":
-        ":X@200G:$; 10 s; K: 3; E: E; #; 0.2 s; K: 0; E: C",
-        "Aborting without a run: the sequence continues": ":A:X10@400:A:Y10:$; idle; at 10 10 0; F: 0",
-        'Command list: A is "Abort in Sequence Mode"; a direct message with it is a data fault (R7)':
-        "X@200G$; 1 s; A$; 0.1 s; H1A$; 1 s; K: 131; F: 8",
-        'R36: a move "waits until the run is stopped"; only the cancel code can stop it, which ends the sequence':
-        ":X@200G:Y100:$; 20 s; Y at 0; K: 3; O: 2; E: E; #; 1 s; Y at 0; K: 0; E: C",
-        'Aborting: "stop the run-mode move", of all its axes at the same time':
-        ":X-Y@1000G:P0,99:A:$; idle; Y between 901 1100; X like Y; N: X; N: Y; X between -1100 -901",
-        'Aborting, format: "Read inputs for high levels ... low levels ... Send abort command ... Send repeat data"':
-        "input1 high; input2 low; :X@200G:P0,20:{L1A|H2L1A|H2L1A=0,3}:$; 1 s; K: 3; input2 high; 0.1 s; input1 low; "
-        "0.1 s; K: 0",
-    }
-)  # fmt: skip
+@scripts({
+    # 206 / 6.25 = 32.96, so 33 x 6.25 = 206.25 steps/s
+    "Aborting, after a delay instead of an input: a run of 500 ms at 206.25 steps/s is 103 steps":
+    ":X@206G:P0,50:A:Y7:$; idle; at 103 7 0",
+    # up 39 in 60 ms, 440 ms at 1000 steps/s, down 39: 518; the phase at the cut adds no more than one
+    "Aborting: there is one ramp generator, so the Y move begins when the X axis is at rest":
+    ":X@1000G:P0,50:A:Y20@400:$; idle; Y begins 0 to 5 ms after X; X between 518 520; Y at 20",
+    "Aborting: a run-mode move is followed by other steps":
+    ":X@1000G:S1:P2,50:H1A:$; 0.2 s; output1 is high; output2 is high; 1 s; output2 is low; K: 3",
+    'Run mode: "the data used in a previous index will be lost ... default to zero index length"':
+    ":Z100@200:X@206G:P0,50:A:Y:Z30:$; idle; at 103 0 130",
+    "Aborting: a run started by a sequence continues until it is stopped":
+    ":X@200G:$; 10 s; K: 3; E: E; #; 0.2 s; K: 0; E: C",
+    "Aborting without a run: the sequence continues": ":A:X10@400:A:Y10:$; idle; at 10 10 0; F: 0",
+    'Command list: A is "Abort in Sequence Mode"; a direct message with it is a data fault (R7)':
+    "X@200G$; 1 s; A$; 0.1 s; H1A$; 1 s; K: 131; F: 8",
+    'R36: a move "waits until the run is stopped"; only the cancel code can stop it, which ends the sequence':
+    ":X@200G:Y100:$; 20 s; Y at 0; K: 3; O: 2; E: E; #; 1 s; Y at 0; K: 0; E: C",
+    'Aborting: "stop the run-mode move", of all its axes at the same time':
+    ":X-Y@1000G:P0,99:A:$; idle; Y between 901 1100; X like Y; N: X; N: Y; X between -1100 -901",
+    'Aborting, format: "Read inputs for high levels ... low levels ... Send abort command ... Send repeat data"':
+    "input1 high; input2 low; :X@200G:P0,20:{L1A|H2L1A|H2L1A=0,3}:$; 1 s; K: 3; input2 high; 0.1 s; input1 low; "
+    "0.1 s; K: 0",
+})  # fmt: skip
 def test_runs_in_a_sequence(bench, if1, script):
     play(bench, if1, script)
 

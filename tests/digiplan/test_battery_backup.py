@@ -38,65 +38,61 @@ def stored(bench: Bench, sequence: str = STORED, form: str = "U61", **options: o
 # Running the stored sequence
 
 
-@scripts(
-    {
-        'Running: "A switch input may be used to start the stored sequence at power-up"':
-        "at 0 0 0; power up; 2 s; at 0 0 0; O: 1; E: [; input1 high; 1 s; at 100 50 0; O: 3",
-        'Control lines: "will therefore not transmit data until DSR and CTS are both set"; R4: held, not lost':
-        "host DTR off; power on; 1.05 s; E; 0.2 s; host DTR on; 0.1 s; receives [<CR>",
-        "A switch that is already on or off: power on and off twice is no different from once":
-        "power off; host DTR off; power on; 1.05 s; input1 high; 0.1 s; power on; 1 s; at 100 50 0",
-        'Running: "No communication error checking is carried out whilst the interface is locked up"':
-        "power up; host 300; UUU; 0.5 s; host 9600; sends <CR>nonsense<CR>; 0.1 s; K: 0; F: 32; "
-        "sends ]<CR>nonsense<CR>; 0.1 s; K: 128; F: 8",
-        'Changing: "it is first necessary to unlock the interface"; the stored sequence still waits for input 1':
-        "power up; ]; E: E; #; E: C; Z30$; idle; at 0 0 30; input1 high; :$; idle; at 100 50 30",
-        'Changing: unlock, "the cancel code "# <CR>" followed by the new sequence data"':
-        "power up; ]; #; :H1:Z77@400:$; [; 0.2 s; E: [; power up; input1 high; 1 s; at 0 0 77",
-        "Storing: an unlocked sequence is lost without power":
-        "power up; ]; 0.1 s; power up; input1 high; 2 s; at 0 0 0; E; 0.2 s; ( -> U<CR>",
-        'Running: the power must be removed only "when the interface is operating in the battery-backup mode"':
-        "power up; estop low; 0.1 s; estop released; K: 32; K: 32; ]; 0.1 s; K: 32; K: 0; X30@400$; idle; at 30 0 0",
-        'Changing: "The baud rate and data format can be reprogrammed even if the interface is in the locked-up mode"':
-        "power up with DSR; host 300; sends (; 0.3 s; receives U<CR>; sends V61<LF>; 2 s; "
-        "power up; sends E<LF>; 0.5 s; receives [<CR><LF>",
-        'Initialisation: the baud rate is detected once: a second `(` at another one is not answered with "U"':
-        "power up with DSR; ( -> U<CR>; host 4800; sends (; 0.1 s; host 9600; ( -> U<CR>",
-        "Breaking in: a `(` that a broken wire cuts off is no `(`, and the next character is read as usual":
-        "power up; host 1200; sends (; 0.0002 s; cut; 0.1 s; mend; host 9600; E: [; "  # a quarter of the start bit
-        "host 1200; sends (; 0.005 s; cut; 0.1 s; mend; host 9600; sends <CR>; E: [",  # in its sixth bit
-        'Changing: "the previously-stored sequence as soon as the "U" or "V" command has been received"':
-        "power up; input1 high; 1 s; at 100 50 0; host 2400; ( -> U<CR>; sends V61<LF>; 1 s; "
-        "at 200 100 0; E<LF> -> [<CR><LF>",
-        'Breaking: "erase stored sequence statements in the RAM": also if the power goes at once':
-        "power up with DSR; ( -> U<CR>; * -> U<CR>; "
-        "power up; input1 high; 3 s; at 0 0 0; ( -> U<CR>",  # as new, it waits for this `(`
-        "After power-up neither the message that the power cut off nor the rest of an answer is left":
-        "power up; sends KFIOENKFIOEN; 0.005 s; power up; E: [; F: 32",
-    }
-)  # fmt: skip
+@scripts({
+    'Running: "A switch input may be used to start the stored sequence at power-up"':
+    "at 0 0 0; power up; 2 s; at 0 0 0; O: 1; E: [; input1 high; 1 s; at 100 50 0; O: 3",
+    'Control lines: "will therefore not transmit data until DSR and CTS are both set"; R4: held, not lost':
+    "host DTR off; power on; 1.05 s; E; 0.2 s; host DTR on; 0.1 s; receives [<CR>",
+    "A switch that is already on or off: power on and off twice is no different from once":
+    "power off; host DTR off; power on; 1.05 s; input1 high; 0.1 s; power on; 1 s; at 100 50 0",
+    'Running: "No communication error checking is carried out whilst the interface is locked up"':
+    "power up; host 300; UUU; 0.5 s; host 9600; sends <CR>nonsense<CR>; 0.1 s; K: 0; F: 32; "
+    "sends ]<CR>nonsense<CR>; 0.1 s; K: 128; F: 8",
+    'Changing: "it is first necessary to unlock the interface"; the stored sequence still waits for input 1':
+    "power up; ]; E: E; #; E: C; Z30$; idle; at 0 0 30; input1 high; :$; idle; at 100 50 30",
+    'Changing: unlock, "the cancel code "# <CR>" followed by the new sequence data"':
+    "power up; ]; #; :H1:Z77@400:$; [; 0.2 s; E: [; power up; input1 high; 1 s; at 0 0 77",
+    "Storing: an unlocked sequence is lost without power":
+    "power up; ]; 0.1 s; power up; input1 high; 2 s; at 0 0 0; E; 0.2 s; ( -> U<CR>",
+    'Running: the power must be removed only "when the interface is operating in the battery-backup mode"':
+    "power up; estop low; 0.1 s; estop released; K: 32; K: 32; ]; 0.1 s; K: 32; K: 0; X30@400$; idle; at 30 0 0",
+    'Changing: "The baud rate and data format can be reprogrammed even if the interface is in the locked-up mode"':
+    "power up with DSR; host 300; sends (; 0.3 s; receives U<CR>; sends V61<LF>; 2 s; "
+    "power up; sends E<LF>; 0.5 s; receives [<CR><LF>",
+    'Initialisation: the baud rate is detected once: a second `(` at another one is not answered with "U"':
+    "power up with DSR; ( -> U<CR>; host 4800; sends (; 0.1 s; host 9600; ( -> U<CR>",
+    "Breaking in: a `(` that a broken wire cuts off is no `(`, and the next character is read as usual":
+    "power up; host 1200; sends (; 0.0002 s; cut; 0.1 s; mend; host 9600; E: [; "  # a quarter of the start bit
+    "host 1200; sends (; 0.005 s; cut; 0.1 s; mend; host 9600; sends <CR>; E: [",  # in its sixth bit
+    'Changing: "the previously-stored sequence as soon as the "U" or "V" command has been received"':
+    "power up; input1 high; 1 s; at 100 50 0; host 2400; ( -> U<CR>; sends V61<LF>; 1 s; "
+    "at 200 100 0; E<LF> -> [<CR><LF>",
+    'Breaking: "erase stored sequence statements in the RAM": also if the power goes at once':
+    "power up with DSR; ( -> U<CR>; * -> U<CR>; "
+    "power up; input1 high; 3 s; at 0 0 0; ( -> U<CR>",  # as new, it waits for this `(`
+    "After power-up neither the message that the power cut off nor the rest of an answer is left":
+    "power up; sends KFIOENKFIOEN; 0.005 s; power up; E: [; F: 32",
+})  # fmt: skip
 def test_a_stored_sequence_that_waits_for_input_1(bench, script):
     play(bench, stored(bench), script)
 
 
-@scripts(
-    {
-        "Battery backup: data without a sequence are stored too, and nothing is started at power-up":
-        "X60@200$; [; 1 s; power up; 2 s; at 60 0 0; E: [; ]; Y$; idle; at 60 60 0",
-        "Lockout: a lock command held behind a move is unlocked in the format in which it was received":
-        "X40$; Y20$; [; 1 s; E: [; power up; E: [; ]; E: C",
-        "Intervention, while locked: the prompt `%` is sent, but a `%` of the host is ignored like other commands":
-        ":X10@400:%:Y10:$; 0.1 s; receives %<CR>; [; 0.2 s; power up; 1.5 s; receives %<CR>; %; 0.5 s; Y at 0; "
-        "]; %; 0.5 s; Y at 10",
-        "Lockout: while a stored sequence moves an axis, `(` is ignored":
-        ":X1000@400:$; 3 s; [; 0.1 s; power up; 0.5 s; host 1200; (; 0.2 s; host 9600; (; 0.2 s; 3 s; at 2000 0 0; "
-        "( -> U<CR>",
-        'Running: "If an emergency stop input is received ... power must be temporarily removed in order to reset"':
-        ":H1:X100@400:=0,2:$; 0.1 s; [; 0.1 s; power up; input1 high; 1 s; estop low; 0.5 s; estop released; "
-        "X between 360 400; mark; K: 32; K: 32; K: 32; 5 s; moved 0 0 0; led is high; "
-        "power up; 1 s; X between 660 820; led is low",
-    }
-)  # fmt: skip
+@scripts({
+    "Battery backup: data without a sequence are stored too, and nothing is started at power-up":
+    "X60@200$; [; 1 s; power up; 2 s; at 60 0 0; E: [; ]; Y$; idle; at 60 60 0",
+    "Lockout: a lock command held behind a move is unlocked in the format in which it was received":
+    "X40$; Y20$; [; 1 s; E: [; power up; E: [; ]; E: C",
+    "Intervention, while locked: the prompt `%` is sent, but a `%` of the host is ignored like other commands":
+    ":X10@400:%:Y10:$; 0.1 s; receives %<CR>; [; 0.2 s; power up; 1.5 s; receives %<CR>; %; 0.5 s; Y at 0; "
+    "]; %; 0.5 s; Y at 10",
+    "Lockout: while a stored sequence moves an axis, `(` is ignored":
+    ":X1000@400:$; 3 s; [; 0.1 s; power up; 0.5 s; host 1200; (; 0.2 s; host 9600; (; 0.2 s; 3 s; at 2000 0 0; "
+    "( -> U<CR>",
+    'Running: "If an emergency stop input is received ... power must be temporarily removed in order to reset"':
+    ":H1:X100@400:=0,2:$; 0.1 s; [; 0.1 s; power up; input1 high; 1 s; estop low; 0.5 s; estop released; "
+    "X between 360 400; mark; K: 32; K: 32; K: 32; 5 s; moved 0 0 0; led is high; "
+    "power up; 1 s; X between 660 820; led is low",
+})  # fmt: skip
 def test_what_is_locked_before_power_off(bench, script):
     play(bench, ready(bench, model="if2"), script)
 

@@ -26,22 +26,20 @@ def test_the_cancel_code_needs_the_terminator_of_its_format(bench, form, other, 
     play(bench, ready(bench, form), f"{said}; 0.1 s; sends #{other}; 0.1 s; moving; sends {end}; 0.01 s; still")
 
 
-@scripts(
-    {
-        'Acceleration rate: it "calculates a new ramp ... and it will not respond during this period"':
-        "X40$; ^20; Y20$; until X at 40; 0.1 s; E; 0.5 s; until Y moving; 0.02 s; receives E<CR>",
-        'Report-back: "interrogated to establish its status at any time": an emergency stop within a request':
-        "X@100G$; 0.1 s; Y1$; 0.1 s; sends E; 0.01 s; estop low; 0.01 s; sends <CR>; 0.05 s; receives F<CR>",
-        'Report-back: "interrogated to establish its status at any time": a limit within a request':
-        "X@100G$; 0.1 s; Y1$; 0.1 s; @99; sends K; 0.01 s; limit_plus low; 0.01 s; sends <CR>; 0.05 s; "
-        "receives 64<CR>; Y-1$; 0.1 s; Y at -1",
-        'Report-back: "interrogated to establish its status at any time": a request before `#` is answered after it':
-        "D25; X@100G$; 0.1 s; Y1$; K; I; @99; O; #; 0.1 s; still; 4 s; receives 3<CR>200<CR>0<CR>; "
-        "Y at 0",
-        'Motion status: at 95 % "all the characters in the buffer will be lost", here with `#`; later moves are made':
-        "D25; X@100G$; 0.1 s; I; 0.05 s; #; fill 62; 1.2 s; receives 200<CR>; still; Y5@400$; 0.5 s; Y at 5",
-    }
-)  # fmt: skip
+@scripts({
+    'Acceleration rate: it "calculates a new ramp ... and it will not respond during this period"':
+    "X40$; ^20; Y20$; until X at 40; 0.1 s; E; 0.5 s; until Y moving; 0.02 s; receives E<CR>",
+    'Report-back: "interrogated to establish its status at any time": an emergency stop within a request':
+    "X@100G$; 0.1 s; Y1$; 0.1 s; sends E; 0.01 s; estop low; 0.01 s; sends <CR>; 0.05 s; receives F<CR>",
+    'Report-back: "interrogated to establish its status at any time": a limit within a request':
+    "X@100G$; 0.1 s; Y1$; 0.1 s; @99; sends K; 0.01 s; limit_plus low; 0.01 s; sends <CR>; 0.05 s; "
+    "receives 64<CR>; Y-1$; 0.1 s; Y at -1",
+    'Report-back: "interrogated to establish its status at any time": a request before `#` is answered after it':
+    "D25; X@100G$; 0.1 s; Y1$; K; I; @99; O; #; 0.1 s; still; 4 s; receives 3<CR>200<CR>0<CR>; "
+    "Y at 0",
+    'Motion status: at 95 % "all the characters in the buffer will be lost", here with `#`; later moves are made':
+    "D25; X@100G$; 0.1 s; I; 0.05 s; #; fill 62; 1.2 s; receives 200<CR>; still; Y5@400$; 0.5 s; Y at 5",
+})  # fmt: skip
 def test_requests_and_the_cancel_code(bench, if1, script):
     play(bench, if1, script)
 

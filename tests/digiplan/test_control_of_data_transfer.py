@@ -19,14 +19,12 @@ XOFF, XON = 0x13, 0x11
 # The control lines
 
 
-@scripts(
-    {
-        'Control lines: both are outputs "set prior to the start of transmission"; RTS is set only to transmit':
-        "0.001 s; DTR is on; RTS is off; 2 s; DTR is on; RTS is off",
-        'Connection methods: "The interface will not transmit any data under these conditions"':
-        "host DTR off; host RTS off; 1.5 s; sends (; 3 s; host DTR on; host RTS on; 0.1 s; receives U<CR>",
-    }
-)  # fmt: skip
+@scripts({
+    'Control lines: both are outputs "set prior to the start of transmission"; RTS is set only to transmit':
+    "0.001 s; DTR is on; RTS is off; 2 s; DTR is on; RTS is off",
+    'Connection methods: "The interface will not transmit any data under these conditions"':
+    "host DTR off; host RTS off; 1.5 s; sends (; 3 s; host DTR on; host RTS on; 0.1 s; receives U<CR>",
+})  # fmt: skip
 def test_control_lines_from_power_up_on(bench, script):
     play(bench, bench.add("if1"), script)
 
@@ -65,24 +63,22 @@ def test_a_reply_waits_until_dsr_and_cts_are_set(bench, wiring, line):
     play(bench, ready(bench, wiring=wiring), script)
 
 
-@scripts(
-    {
-        'Control lines: nothing is sent before "DSR and CTS are both set": both lines are needed':
-        "host DTR off; host RTS off; E; 1 s; host DTR on; 1 s; host DTR off; host RTS on; 1 s; host DTR on; 0.1 s; "
-        "receives C<CR>",
-        "Control lines: RTS is set prior to the start of transmission, so a host can answer RTS by CTS":
-        "host RTS off; E; 1 s; RTS is on; host RTS on; 0.1 s; receives C<CR>; RTS is off",
-        "Control lines: they hold back what the interface transmits, not what it receives":
-        "host RTS off; X9$; 0.5 s; X at 9",
-        'Emergency stop: "inhibit all movement", whatever the serial line does':
-        "host RTS off; XG$; E; 1 s; estop low; 0.01 s; X at rest",
-        "Introduction: the interface generates the pulses by itself; outputs change at the end of the move":
-        "host RTS off; X40S1$; E; 0.2 s; X at 40; output1 is high",
-        'Motion status: "data fault or buffer overflow" is bit 8 of F; 61 of 64 places are 95 %':
-        "X@100G$; 0.1 s; Y1$; @99; @99; @99; @99; @99; @99; @99; @99; @99; @99; @99; @99; @99; @99; @99; 0.1 s; "
-        "sends @; 0.1 s; K: 131; F: 8; #",
-    }
-)  # fmt: skip
+@scripts({
+    'Control lines: nothing is sent before "DSR and CTS are both set": both lines are needed':
+    "host DTR off; host RTS off; E; 1 s; host DTR on; 1 s; host DTR off; host RTS on; 1 s; host DTR on; 0.1 s; "
+    "receives C<CR>",
+    "Control lines: RTS is set prior to the start of transmission, so a host can answer RTS by CTS":
+    "host RTS off; E; 1 s; RTS is on; host RTS on; 0.1 s; receives C<CR>; RTS is off",
+    "Control lines: they hold back what the interface transmits, not what it receives":
+    "host RTS off; X9$; 0.5 s; X at 9",
+    'Emergency stop: "inhibit all movement", whatever the serial line does':
+    "host RTS off; XG$; E; 1 s; estop low; 0.01 s; X at rest",
+    "Introduction: the interface generates the pulses by itself; outputs change at the end of the move":
+    "host RTS off; X40S1$; E; 0.2 s; X at 40; output1 is high",
+    'Motion status: "data fault or buffer overflow" is bit 8 of F; 61 of 64 places are 95 %':
+    "X@100G$; 0.1 s; Y1$; @99; @99; @99; @99; @99; @99; @99; @99; @99; @99; @99; @99; @99; @99; @99; 0.1 s; "
+    "sends @; 0.1 s; K: 131; F: 8; #",
+})  # fmt: skip
 def test_work_while_a_reply_is_held(bench, if1, script):
     play(bench, if1, script)
 
@@ -116,27 +112,25 @@ def test_with_three_wires_the_hosts_lines_do_not_matter(bench, wiring):
 # The 64-character input buffer: 80 %, 20 %, 95 %
 
 
-@scripts(
-    {
-        'Control of data transfer: "resets the DTR line if the buffer becomes 80% full": 52 of 64 (51.2)':
-        "U61; ^10; 0.03 s; fill 51; DTR is on; fill 1; DTR is off",
-        'Data fault: "95% full" is 61 of 64 characters (60.8), so 60 characters are kept':
-        "U61; ^10; 0.03 s; X7$; fill 56; 1.5 s; X at 7; F: 0",
-        'Data fault: "the input buffer is 95% full, in which case all the characters in the buffer will be lost"':
-        "U61; ^10; 0.03 s; X7$; fill 57; DTR is on; 1.5 s; X at 0; K: 128; F: 8; K: 0; F: 0",
-        "Data fault: the characters in the buffer are lost, not those after them":
-        "U61; ^10; 0.03 s; X7$; fill 57; Y5$; 1.5 s; at 0 5 0",
-        'Control of data transfer: characters sent "more rapidly than they can be processed ... will accumulate"':
-        "U61; H1X5$; S1$; @200; 0.1 s; DTR is on; fill 52; DTR is off; input1 high; 0.5 s; DTR is on; output1 is high; "
-        "F: 0",
-        "Control of data transfer: the loss empties the buffer, so X-on is sent; without it the host would wait":
-        "U67; ^10; 0.03 s; fill 61; receives <13>; 0.05 s; receives <11>",
-        "Control lines: X-off waits until DSR and CTS are both set, like everything that is transmitted":
-        "U67; ^10; 0.03 s; host RTS off; fill 53; 0.1 s; host RTS on; 0.01 s; receives <13>",
-        "Control of data transfer: the manual does not say that it obeys X-off: one from the host is a data fault":
-        "U67; sends <13>; 0.1 s; sends <CR>; 0.1 s; F: 8",
-    }
-)  # fmt: skip
+@scripts({
+    'Control of data transfer: "resets the DTR line if the buffer becomes 80% full": 52 of 64 (51.2)':
+    "U61; ^10; 0.03 s; fill 51; DTR is on; fill 1; DTR is off",
+    'Data fault: "95% full" is 61 of 64 characters (60.8), so 60 characters are kept':
+    "U61; ^10; 0.03 s; X7$; fill 56; 1.5 s; X at 7; F: 0",
+    'Data fault: "the input buffer is 95% full, in which case all the characters in the buffer will be lost"':
+    "U61; ^10; 0.03 s; X7$; fill 57; DTR is on; 1.5 s; X at 0; K: 128; F: 8; K: 0; F: 0",
+    "Data fault: the characters in the buffer are lost, not those after them":
+    "U61; ^10; 0.03 s; X7$; fill 57; Y5$; 1.5 s; at 0 5 0",
+    'Control of data transfer: characters sent "more rapidly than they can be processed ... will accumulate"':
+    "U61; H1X5$; S1$; @200; 0.1 s; DTR is on; fill 52; DTR is off; input1 high; 0.5 s; DTR is on; output1 is high; "
+    "F: 0",
+    "Control of data transfer: the loss empties the buffer, so X-on is sent; without it the host would wait":
+    "U67; ^10; 0.03 s; fill 61; receives <13>; 0.05 s; receives <11>",
+    "Control lines: X-off waits until DSR and CTS are both set, like everything that is transmitted":
+    "U67; ^10; 0.03 s; host RTS off; fill 53; 0.1 s; host RTS on; 0.01 s; receives <13>",
+    "Control of data transfer: the manual does not say that it obeys X-off: one from the host is a data fault":
+    "U67; sends <13>; 0.1 s; sends <CR>; 0.1 s; F: 8",
+})  # fmt: skip
 def test_the_input_buffer_of_64_characters(bench, script):
     """Each script begins with the data format message; ^10 calculates a ramp, and for a second nothing is read."""
     message, _, acts = script.partition("; ")

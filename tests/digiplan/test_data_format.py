@@ -96,65 +96,63 @@ def test_11_bit_characters_at_every_baud_rate(bench, baud):
 # Parity, formats that differ (ruling 6), lost and doubled characters, cut wires, echo-back
 
 
-@scripts(
-    {
-        'Parity error: "this is set when a parity error is detected".  R33: the character is dropped':
-        "U63; host 8E2; X5$; 0.2 s; host 8O2; X at 0; K: 128; F: 1; K: 0; F: 0",
-        "Parity, R33: a character is dropped and not echoed, its flag is set, and the message continues":
-        "U65; X12 -> X12; flip 01; sends 34$<CR>; 1 s; receives 4$<CR>; X at 124; F; 0.2 s; "
-        "receives F<CR>1<CR>",
-        'Echo back: "A parity check is a useful guard against transmission errors, but it\'s not infallible"':
-        "U63; sends X; 0.01 s; flip 06; sends 11$<CR>; 1 s; X at 71; F: 0",  # 31h, bits 1 and 2 inverted: 37h
-        'Parity: "As a check for transmission errors, a parity bit can be included"; without it no bit is checked':
-        "U61; sends X; 0.01 s; flip 02; sends 11$<CR>; 1 s; X at 31; F: 0",
-        "Parity: in 7 bits without it no bit is checked, either":
-        "U21; sends X; 0.01 s; flip 02; sends 11$<CR>; 1 s; X at 31; F: 0",
-        "8E1 to 8N2: E = 45h and CR = 0Dh have three 1's each, so even parity sends a 1 in place of the first stop bit":
-        "U61; host 8E1; E; 0.01 s; receives C<CR>; host 8N2; 0.1 s; F: 0",
-        '8E1 to 8N2: K = 4Bh has four 1\'s: a 0 in place of the first stop bit, "a valid stop bit is not detected"':
-        "U61; host 8E1; K; 0.1 s; host 8N2; K: 128; F: 4",
-        "8O1 to 8N2: the odd parity bit of E and CR (three 1's) is 0: two framing errors, the whole message is lost":
-        "U61; host 8O1; E; 0.1 s; host 8N2; F: 4; E: C",
-        "8N2 to 7E1: bit 8 = 0 lies on the parity bit: right for K (four 1's), wrong for CR (three 1's), so K waits":
-        "U14; host 8N2; K; 0.1 s; host 7E1; <CR> -> 128<CR>; F: 1",
-        "7N1 with pauses to 8N2: between characters the line is at mark, read as bit 8 = 1 and stop bits: no error":
-        "U61; host 7N1; sends E; 0.011 s; sends <CR>; 0.011 s; receives C<CR>; host 8N2; 0.1 s; F: 0",
-        "Half the baud rate: a receiver at 9600 baud reads a CR at 4800 baud as E6h and 80h, without an error":
-        "U61; host 4800; sends <CR>; 0.1 s; host 9600; sends <CR>; 0.1 s; K: 128; F: 8",
-        'Framing error: "set when a valid stop bit is not detected at the end of every character": a break':
-        "U61; break 0.25 s; 0.3 s; K: 128; F: 4; K: 0; F: 0; E: C",
-        "R33: a break within a message is not part of it": "U61; sends X1; break 0.05 s; 2$; 1 s; X at 12; F: 4",
-        "Echo back: without an echo neither the host nor the interface detects a lost character":
-        "U61; sends X1; 0.01 s; lose; sends 23$<CR>; 1 s; X at 13; F: 0",
-        "Echo back: without an echo neither the host nor the interface detects a doubled character":
-        "U61; sends X1; 0.01 s; double; sends 2$<CR>; 1 s; X at 122; F: 0",
-        "A cut wire transfers no character and raises no fault": "U61; cut; X5$; 0.2 s; mend; K: 0; X at 0",
-        "E = 1,0,1,0,0,0,1,0 cut within its third bit is read as 1,0,1,1,1,1,1,1 = FDh, an unknown character":
-        "U61; sends E; 0.000365 s; cut; 0.01 s; mend; sends <CR>; 0.2 s; K: 128; F: 8",  # 3.5 bits
-        "The interface does not detect the cut of the wire to the host; after the repair it answers the next request":
-        "U61; cut back; X5$; 0.2 s; K; 0.2 s; mend back; K: 0; X at 5",
-        'Echo back: "each character is returned to the controller for comparison with the transmitted data"':
-        "U62; <SP>K  <CR> -> <SP>K  <CR>0<CR>; X 5 $; 0.2 s; receives X 5 $<CR>",
-        "Appendix 3, sample 10: after the echo of LF three characters are read, C CR LF":
-        "V62; E<LF> -> E<LF>C<CR><LF>; E<CR><LF> -> E<CR><LF>C<CR><LF>",
-        'R6: a line feed in `U` format, appendix 3, Epson: "either "U" or "V" can be specified" although CR LF is sent':
-        "U62; E<CR><LF> -> E<CR>C<CR><LF>; sends <LF>E<LF><CR>; 0.2 s; "
-        "receives <LF>E<LF><CR>C<CR>; F<CR> -> F<CR>0<CR>",
-        "R6: in the U format without echo a line feed is ignored, too":
-        "U61; E<CR><LF> -> C<CR>; sends X<LF>5<LF>$<CR>; 0.2 s; X at 5; F: 0",
-        'Acceleration rate: "it will not respond during this period"; the echo comes afterwards':
-        "U62; ^7; 0.05 s; receives ^7<CR>; E; 0.9 s; 0.1 s; receives E<CR>C<CR>",
-        'Control of data transfer: "the cancel character "# <CR>" should be sent before retransmission is attempted"':
-        "U62; sends X; 0.01 s; receives X; flip 08; sends 100; 0.05 s; receives 900; #<CR> -> #<CR>; "
-        "X100$; 1 s; receives X100$<CR>; X at 100; F<CR> -> F<CR>0<CR>",
-        "Echo back: the controller compares the echo; an error on the way back is no fault of the interface":
-        "U62; flip 01 back; E<CR> -> D<CR>C<CR>; F<CR> -> F<CR>0<CR>",
-        'Initialisation: "note that all alpha characters are upper case"; R32: `k` in an example is K':
-        "U61; sends k<CR>; 0.2 s; K: 128; F: 8; sends x5$<CR>; 0.2 s; X at 0",
-        'Initialisation: the format is that of "all subsequent messages", until the power is switched off':
-        "U61; #; 0.2 s; E: C; #; 0.2 s; E: C; #; 0.2 s; E: C; power off; power on; detect",
-    }
-)  # fmt: skip
+@scripts({
+    'Parity error: "this is set when a parity error is detected".  R33: the character is dropped':
+    "U63; host 8E2; X5$; 0.2 s; host 8O2; X at 0; K: 128; F: 1; K: 0; F: 0",
+    "Parity, R33: a character is dropped and not echoed, its flag is set, and the message continues":
+    "U65; X12 -> X12; flip 01; sends 34$<CR>; 1 s; receives 4$<CR>; X at 124; F; 0.2 s; "
+    "receives F<CR>1<CR>",
+    'Echo back: "A parity check is a useful guard against transmission errors, but it\'s not infallible"':
+    "U63; sends X; 0.01 s; flip 06; sends 11$<CR>; 1 s; X at 71; F: 0",  # 31h, bits 1 and 2 inverted: 37h
+    'Parity: "As a check for transmission errors, a parity bit can be included"; without it no bit is checked':
+    "U61; sends X; 0.01 s; flip 02; sends 11$<CR>; 1 s; X at 31; F: 0",
+    "Parity: in 7 bits without it no bit is checked, either":
+    "U21; sends X; 0.01 s; flip 02; sends 11$<CR>; 1 s; X at 31; F: 0",
+    "8E1 to 8N2: E = 45h and CR = 0Dh have three 1's each, so even parity sends a 1 in place of the first stop bit":
+    "U61; host 8E1; E; 0.01 s; receives C<CR>; host 8N2; 0.1 s; F: 0",
+    '8E1 to 8N2: K = 4Bh has four 1\'s: a 0 in place of the first stop bit, "a valid stop bit is not detected"':
+    "U61; host 8E1; K; 0.1 s; host 8N2; K: 128; F: 4",
+    "8O1 to 8N2: the odd parity bit of E and CR (three 1's) is 0: two framing errors, the whole message is lost":
+    "U61; host 8O1; E; 0.1 s; host 8N2; F: 4; E: C",
+    "8N2 to 7E1: bit 8 = 0 lies on the parity bit: right for K (four 1's), wrong for CR (three 1's), so K waits":
+    "U14; host 8N2; K; 0.1 s; host 7E1; <CR> -> 128<CR>; F: 1",
+    "7N1 with pauses to 8N2: between characters the line is at mark, read as bit 8 = 1 and stop bits: no error":
+    "U61; host 7N1; sends E; 0.011 s; sends <CR>; 0.011 s; receives C<CR>; host 8N2; 0.1 s; F: 0",
+    "Half the baud rate: a receiver at 9600 baud reads a CR at 4800 baud as E6h and 80h, without an error":
+    "U61; host 4800; sends <CR>; 0.1 s; host 9600; sends <CR>; 0.1 s; K: 128; F: 8",
+    'Framing error: "set when a valid stop bit is not detected at the end of every character": a break':
+    "U61; break 0.25 s; 0.3 s; K: 128; F: 4; K: 0; F: 0; E: C",
+    "R33: a break within a message is not part of it": "U61; sends X1; break 0.05 s; 2$; 1 s; X at 12; F: 4",
+    "Echo back: without an echo neither the host nor the interface detects a lost character":
+    "U61; sends X1; 0.01 s; lose; sends 23$<CR>; 1 s; X at 13; F: 0",
+    "Echo back: without an echo neither the host nor the interface detects a doubled character":
+    "U61; sends X1; 0.01 s; double; sends 2$<CR>; 1 s; X at 122; F: 0",
+    "A cut wire transfers no character and raises no fault": "U61; cut; X5$; 0.2 s; mend; K: 0; X at 0",
+    "E = 1,0,1,0,0,0,1,0 cut within its third bit is read as 1,0,1,1,1,1,1,1 = FDh, an unknown character":
+    "U61; sends E; 0.000365 s; cut; 0.01 s; mend; sends <CR>; 0.2 s; K: 128; F: 8",  # 3.5 bits
+    "The interface does not detect the cut of the wire to the host; after the repair it answers the next request":
+    "U61; cut back; X5$; 0.2 s; K; 0.2 s; mend back; K: 0; X at 5",
+    'Echo back: "each character is returned to the controller for comparison with the transmitted data"':
+    "U62; <SP>K  <CR> -> <SP>K  <CR>0<CR>; X 5 $; 0.2 s; receives X 5 $<CR>",
+    "Appendix 3, sample 10: after the echo of LF three characters are read, C CR LF":
+    "V62; E<LF> -> E<LF>C<CR><LF>; E<CR><LF> -> E<CR><LF>C<CR><LF>",
+    'R6: a line feed in `U` format, appendix 3, Epson: "either "U" or "V" can be specified" although CR LF is sent':
+    "U62; E<CR><LF> -> E<CR>C<CR><LF>; sends <LF>E<LF><CR>; 0.2 s; "
+    "receives <LF>E<LF><CR>C<CR>; F<CR> -> F<CR>0<CR>",
+    "R6: in the U format without echo a line feed is ignored, too":
+    "U61; E<CR><LF> -> C<CR>; sends X<LF>5<LF>$<CR>; 0.2 s; X at 5; F: 0",
+    'Acceleration rate: "it will not respond during this period"; the echo comes afterwards':
+    "U62; ^7; 0.05 s; receives ^7<CR>; E; 0.9 s; 0.1 s; receives E<CR>C<CR>",
+    'Control of data transfer: "the cancel character "# <CR>" should be sent before retransmission is attempted"':
+    "U62; sends X; 0.01 s; receives X; flip 08; sends 100; 0.05 s; receives 900; #<CR> -> #<CR>; "
+    "X100$; 1 s; receives X100$<CR>; X at 100; F<CR> -> F<CR>0<CR>",
+    "Echo back: the controller compares the echo; an error on the way back is no fault of the interface":
+    "U62; flip 01 back; E<CR> -> D<CR>C<CR>; F<CR> -> F<CR>0<CR>",
+    'Initialisation: "note that all alpha characters are upper case"; R32: `k` in an example is K':
+    "U61; sends k<CR>; 0.2 s; K: 128; F: 8; sends x5$<CR>; 0.2 s; X at 0",
+    'Initialisation: the format is that of "all subsequent messages", until the power is switched off':
+    "U61; #; 0.2 s; E: C; #; 0.2 s; E: C; #; 0.2 s; E: C; power off; power on; detect",
+})  # fmt: skip
 def test_characters_on_the_line(bench, script):
     """The first word of a script is the data format message."""
     message, _, acts = script.partition("; ")

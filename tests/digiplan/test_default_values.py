@@ -9,26 +9,24 @@ from ..scripts import scripts
 from .talking import arrivals, initialise, play, ready
 
 
-@scripts(
-    {
-        'Default values: "Speed range - 1 (0 - 25,000 steps/sec)"': "@25000; 0.1 s; F: 0; @25001; 0.1 s; F: 16",
-        'Default values: "Index Length - 0 steps": done at once, without a pulse': "X$; 0.02 s; at 0 0 0; K: 0; E: C",
-        'Default values: "Backlash correction - 0 steps", whichever way the index goes':
-        "X100B$; idle; X-100B$; idle; X moves 100 -100",
-        'Default values: "All Direction O/P - High"; "the positive direction is assumed"': "XYZ10$; idle; at 10 10 10",
-        'Default values: "Speed - 400 steps/second"; the start/stop speed is 400 too, so there is no ramp':
-        "X100$; idle; X 100 pulses at 400",
-        'Default values: "Speed - 400 steps/second", exactly: in range 4 the resolution is 1 step/s':
-        ">4; 1.2 s; X100$; idle; X 100 pulses at 400",
-        # levels 400, 500 ... 900 of 100/10000 s = 10 ms each: 39 steps; 922 steps at 1000/s
-        'Default values: "Acceleration - 10,000 steps/sec2", "Start/Stop - 400 steps/sec"':
-        "X1000@1000$; idle; X 1000 pulses from 400 to 1000 by 100 at 10000",
-        'Default values: "Outputs 1-5 - Off (reset)": the first pulse of an output therefore turns it on':
-        "outputs 00000; P1,1$; P2,1$; P3,1$; P4,1$; P5,1$; 0.5 s; output1 high for 10 ms; output2 high for 10 ms; "
-        "output3 high for 10 ms; output4 high for 10 ms; output5 high for 10 ms; outputs 00000",
-        'Default values: "Pulse output - 10 (100mS)"': "P4$; idle; output4 high for 100 ms",
-    }
-)  # fmt: skip
+@scripts({
+    'Default values: "Speed range - 1 (0 - 25,000 steps/sec)"': "@25000; 0.1 s; F: 0; @25001; 0.1 s; F: 16",
+    'Default values: "Index Length - 0 steps": done at once, without a pulse': "X$; 0.02 s; at 0 0 0; K: 0; E: C",
+    'Default values: "Backlash correction - 0 steps", whichever way the index goes':
+    "X100B$; idle; X-100B$; idle; X moves 100 -100",
+    'Default values: "All Direction O/P - High"; "the positive direction is assumed"': "XYZ10$; idle; at 10 10 10",
+    'Default values: "Speed - 400 steps/second"; the start/stop speed is 400 too, so there is no ramp':
+    "X100$; idle; X 100 pulses at 400",
+    'Default values: "Speed - 400 steps/second", exactly: in range 4 the resolution is 1 step/s':
+    ">4; 1.2 s; X100$; idle; X 100 pulses at 400",
+    # levels 400, 500 ... 900 of 100/10000 s = 10 ms each: 39 steps; 922 steps at 1000/s
+    'Default values: "Acceleration - 10,000 steps/sec2", "Start/Stop - 400 steps/sec"':
+    "X1000@1000$; idle; X 1000 pulses from 400 to 1000 by 100 at 10000",
+    'Default values: "Outputs 1-5 - Off (reset)": the first pulse of an output therefore turns it on':
+    "outputs 00000; P1,1$; P2,1$; P3,1$; P4,1$; P5,1$; 0.5 s; output1 high for 10 ms; output2 high for 10 ms; "
+    "output3 high for 10 ms; output4 high for 10 ms; output5 high for 10 ms; outputs 00000",
+    'Default values: "Pulse output - 10 (100mS)"': "P4$; idle; output4 high for 100 ms",
+})  # fmt: skip
 def test_defaults(bench, if1, script):
     play(bench, if1, script)
 

@@ -11,53 +11,51 @@ from ..scripts import scripts
 from .talking import ask, command, play, pulse_times_of, ready, since_start, start_ns, write
 
 
-@scripts(
-    {
-        'Index mode: ""X4000 $ <CR>" will run the X motor 4000 steps at the programmed speed"':
-        "X4000 $; 11 s; X 4000 pulses at 400; at 4000 0 0",
-        'Index mode: ""Y2500 @ 1500 $ <CR>" will run the Y motor 2500 steps at 1500 steps/sec"':
-        "Y2500 @ 1500 $; 3 s; at 0 2500 0; Y 2500 pulses from 400 to 1500 by 100 at 10000",
-        'Index mode: "X-3000 $" "will run the X motor 3000 steps in the negative direction"':
-        "X-3000 $; 8 s; X moves -3000; X 3000 pulses at 400",
-        'Index mode: "the positive direction is assumed if no direction command is sent": the sign is not remembered':
-        "X-30$; X$; X+30$; X-$; X+$; 2 s; X moves -30 30 30 -30 30",
-        'Index mode: "X+ Y- $" "will run X positively and Y negatively the previously-programmed distance"':
-        "Z50$; 1 s; X+ Y- $; 1 s; X moves 50; Y moves -50; X like Y; X 50 pulses at 400",
-        'Index mode: "together with the initialise command "$""': "X40; 1 s; X at 0; still",
-        'Index mode: "The maximum programmable distance is 9 decades, i.e. 999,999,999 steps"':
-        "X999999999@25000^500$; 40010 s; X at 999999999; N: 999999999; X-$; 40010 s; X at 0",
-        "R13: one distance register: of two distances the last one counts": "X100Y200$; 1 s; at 200 200 0",
-        "Index and run mode examples: the speed may follow the distance (`Y2500 @ 1500 $`) or precede it":
-        "X@200$; @250X40$; X$; 2 s; X moves 40 40; X 40 pulses at 250",
-        'Command list, CR: "Initialise direct commands": before CR nothing moves':
-        "sends X40$; 5 s; X at 0; sends <CR>; 1 s; X at 40",
-        'Default values: "Index Length 0 steps": such an index has no pulse and ends at once':
-        "X$; XYZ0$; 0.1 s; E: C; N: 0; X moves; Y moves; Z moves",
-        'Index mode: "send the cancel code "# <CR>". This will stop any axis in motion"; the rest of the index is lost':
-        "X+Y-Z4000$; 1 s; #; 0.01 s; still; X between 1 3999; X like Y; X like Z; N: X; N: Y; N: Z; mark; 20 s; "
-        "moved 0 0 0",
-        'Index mode: the cancel code is "# <CR>", so `#` alone has no effect':
-        "X400$; 0.2 s; sends #; 0.2 s; moving; sends <CR>; 0.01 s; still",
-        "Cancel: it does not change a deceleration in progress; the index takes 342 ms in all":
-        "X300@1000$; 0.3 s; #; 1 s; X between 261 300; N: X",
-        "Cancel: the index is cancelled, but the programmed distance is kept":
-        "X400$; 0.5 s; #; 0.1 s; X between 1 399; mark; X$; 2 s; moved 400 0 0",
-        "Cancel: at rest it does nothing and raises no fault": "#; ###; 0.1 s; K: 0; F: 0; X5$; 0.1 s; X at 5",
-        "R9: `#` acts at once, and drops the held message":
-        "XG$; Y100$; 1 s; X moving; Y at 0; #; 1 s; still; Y at 0; E: C; Z5$; 1 s; Z at 5",
-        "R9: a message is held until the current work is done (appendix 3, sample 10)":
-        "X40$; Y20$; 1 s; at 40 20 0; Y begins 0 to 5 ms after X",
-        'Introduction: "up to three stepper motors", which all use the one distance':
-        "{XYZ70|X70YZ|XY70Z|X70Y70Z70|ZYX70}$; 1 s; at 70 70 70; F: 0",
-        "R9: messages that change something are executed in their order":
-        "X40$; Y20$; {@100|[|Z5$|D2}; E; 0.09 s; receives E<CR>; X moving; until Y at 20; Y 20 pulses at 400; 0.2 s; "
-        "E: {C|[|C|C}",
-        "Cancel: at these speeds there is no ramp; # and CR take 2.2 ms, and a strobe 1 ms":
-        "X4000@{400|200|7}$; 1 s; #; 0.005 s; still; mark; 5 s; moved 0 0 0",
-        'Control of data transfer: "# <CR>" is sent before a spoilt message is sent again':
-        "{X100$|X10|@@@|?*~|:X100:|S1R2}#; 0.1 s; Y5$; 0.5 s; at 0 5 0; K: 0; F: 0",
-    }
-)  # fmt: skip
+@scripts({
+    'Index mode: ""X4000 $ <CR>" will run the X motor 4000 steps at the programmed speed"':
+    "X4000 $; 11 s; X 4000 pulses at 400; at 4000 0 0",
+    'Index mode: ""Y2500 @ 1500 $ <CR>" will run the Y motor 2500 steps at 1500 steps/sec"':
+    "Y2500 @ 1500 $; 3 s; at 0 2500 0; Y 2500 pulses from 400 to 1500 by 100 at 10000",
+    'Index mode: "X-3000 $" "will run the X motor 3000 steps in the negative direction"':
+    "X-3000 $; 8 s; X moves -3000; X 3000 pulses at 400",
+    'Index mode: "the positive direction is assumed if no direction command is sent": the sign is not remembered':
+    "X-30$; X$; X+30$; X-$; X+$; 2 s; X moves -30 30 30 -30 30",
+    'Index mode: "X+ Y- $" "will run X positively and Y negatively the previously-programmed distance"':
+    "Z50$; 1 s; X+ Y- $; 1 s; X moves 50; Y moves -50; X like Y; X 50 pulses at 400",
+    'Index mode: "together with the initialise command "$""': "X40; 1 s; X at 0; still",
+    'Index mode: "The maximum programmable distance is 9 decades, i.e. 999,999,999 steps"':
+    "X999999999@25000^500$; 40010 s; X at 999999999; N: 999999999; X-$; 40010 s; X at 0",
+    "R13: one distance register: of two distances the last one counts": "X100Y200$; 1 s; at 200 200 0",
+    "Index and run mode examples: the speed may follow the distance (`Y2500 @ 1500 $`) or precede it":
+    "X@200$; @250X40$; X$; 2 s; X moves 40 40; X 40 pulses at 250",
+    'Command list, CR: "Initialise direct commands": before CR nothing moves':
+    "sends X40$; 5 s; X at 0; sends <CR>; 1 s; X at 40",
+    'Default values: "Index Length 0 steps": such an index has no pulse and ends at once':
+    "X$; XYZ0$; 0.1 s; E: C; N: 0; X moves; Y moves; Z moves",
+    'Index mode: "send the cancel code "# <CR>". This will stop any axis in motion"; the rest of the index is lost':
+    "X+Y-Z4000$; 1 s; #; 0.01 s; still; X between 1 3999; X like Y; X like Z; N: X; N: Y; N: Z; mark; 20 s; "
+    "moved 0 0 0",
+    'Index mode: the cancel code is "# <CR>", so `#` alone has no effect':
+    "X400$; 0.2 s; sends #; 0.2 s; moving; sends <CR>; 0.01 s; still",
+    "Cancel: it does not change a deceleration in progress; the index takes 342 ms in all":
+    "X300@1000$; 0.3 s; #; 1 s; X between 261 300; N: X",
+    "Cancel: the index is cancelled, but the programmed distance is kept":
+    "X400$; 0.5 s; #; 0.1 s; X between 1 399; mark; X$; 2 s; moved 400 0 0",
+    "Cancel: at rest it does nothing and raises no fault": "#; ###; 0.1 s; K: 0; F: 0; X5$; 0.1 s; X at 5",
+    "R9: `#` acts at once, and drops the held message":
+    "XG$; Y100$; 1 s; X moving; Y at 0; #; 1 s; still; Y at 0; E: C; Z5$; 1 s; Z at 5",
+    "R9: a message is held until the current work is done (appendix 3, sample 10)":
+    "X40$; Y20$; 1 s; at 40 20 0; Y begins 0 to 5 ms after X",
+    'Introduction: "up to three stepper motors", which all use the one distance':
+    "{XYZ70|X70YZ|XY70Z|X70Y70Z70|ZYX70}$; 1 s; at 70 70 70; F: 0",
+    "R9: messages that change something are executed in their order":
+    "X40$; Y20$; {@100|[|Z5$|D2}; E; 0.09 s; receives E<CR>; X moving; until Y at 20; Y 20 pulses at 400; 0.2 s; "
+    "E: {C|[|C|C}",
+    "Cancel: at these speeds there is no ramp; # and CR take 2.2 ms, and a strobe 1 ms":
+    "X4000@{400|200|7}$; 1 s; #; 0.005 s; still; mark; 5 s; moved 0 0 0",
+    'Control of data transfer: "# <CR>" is sent before a spoilt message is sent again':
+    "{X100$|X10|@@@|?*~|:X100:|S1R2}#; 0.1 s; Y5$; 0.5 s; at 0 5 0; K: 0; F: 0",
+})  # fmt: skip
 def test_index_and_cancel(bench, if1, script):
     play(bench, if1, script)
 

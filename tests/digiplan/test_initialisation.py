@@ -9,44 +9,42 @@ from ..scripts import scripts
 from .talking import arrivals, ask, command, edges, gaps, initialise, play
 
 
-@scripts(
-    {
-        'Initialisation: "during this time the interface runs through its internal initialisation routine"':
-        "sends (; 0.3 s; sends (; 0.3 s; sends (; 0.3 s; 1.1 s; led is low; led is steady; ( -> U<CR>",
-        'Initialisation: "it can transmit another open bracket "(" ... This may be repeated as often as necessary"':
-        "1.5 s; cut back; sends (; 0.1 s; mend back; ( -> U<CR>; ( -> U<CR>; ( -> U<CR>",
-        'Initialisation: "the interface only detects the baud rate on the first "(" received"':
-        "detect; host 4800; sends (; 0.5 s; host 9600; sends <CR>(; 0.5 s; receives U<CR>",
-        'Initialisation: "Following correct receipt of the data format message, the LED will cease flashing"':
-        "detect; led is flashing; U61; 0.02 s; led is low; led is steady",
-        'Initialisation: "the interface expects only <CR> to terminate all subsequent messages"':
-        "detect; U61; 1.2 s; E: C; K: 0",
-        'Initialisation: "will terminate all returned data with <CR><LF>"; "<CR> before <LF> is optional"':
-        "detect; sends V61<LF>; 1.2 s; E<LF> -> C<CR><LF>; F<CR><LF> -> 0<CR><LF>",
-        'Initialisation: "all following instructions must be terminated by <LF>"; <CR> alone ends nothing':
-        "detect; sends V61<CR><LF>; 1.2 s; sends E<CR>; 0.2 s; <LF> -> C<CR><LF>",
-        'Initialisation: "The "U" will be followed by a carriage return" alone: the format is not yet known':
-        "detect; sends V6; 0.1 s; ( -> U<CR>",
-        'Initialisation, R2: "allow a delay of at least 5mS"; a host that does not wait is answered later':
-        "detect; U61; E; 1.3 s; receives C<CR>",
-        "R2: sample 1 sends `U62` CR LF with echo on; its first echo must be `X`, so this LF is dropped":
-        "detect; sends U62<CR><LF>X; 1.3 s; receives X",
-        "Appendix 3, sample 1: nothing is read between the format message and the first command: it is not echoed":
-        "detect; U62; 1.3 s",
-        'Appendix 3, sample 7: "Wait for initial ramp calculation", which takes one second (R12)':
-        "detect; U61; E; 1 s; 0.022 s; receives C<CR>",
-        'Baud rate: "The interface senses the baud rate automatically", after each power-up again':
-        "detect; U61; 1.2 s; E: C; power off; power on; host 300; detect; U61; 1.5 s; E; 1 s; receives C<CR>",
-        "Power requirements: without +5 V no LED is lit, nothing is sent, and no output holds its line":
-        "detect; U61; 1.2 s; S1$; 0.1 s; output1 is high; DTR is on; power off; led is low; output1 is low; "
-        "DTR is off; RTS is off; E; 2 s; power on; led is high; sends (; 0.5 s; 1 s; sends (; 0.5 s; receives U<CR>",
-        'Acceleration rate: "it will still accept any characters sent to it, and will act on any commands after"':
-        "detect; U61; X7$; 0.9 s; X at 0; 0.3 s; X at 7",
-        'Initialisation: off until `(`, flashing until the data format; only then "If the LED comes on again": a fault':
-        "1.2 s; estop low; 0.1 s; led is low; ( -> U<CR>; led is flashing; U61; 1.2 s; "
-        "led is high; led is steady; K: 32",
-    }
-)  # fmt: skip
+@scripts({
+    'Initialisation: "during this time the interface runs through its internal initialisation routine"':
+    "sends (; 0.3 s; sends (; 0.3 s; sends (; 0.3 s; 1.1 s; led is low; led is steady; ( -> U<CR>",
+    'Initialisation: "it can transmit another open bracket "(" ... This may be repeated as often as necessary"':
+    "1.5 s; cut back; sends (; 0.1 s; mend back; ( -> U<CR>; ( -> U<CR>; ( -> U<CR>",
+    'Initialisation: "the interface only detects the baud rate on the first "(" received"':
+    "detect; host 4800; sends (; 0.5 s; host 9600; sends <CR>(; 0.5 s; receives U<CR>",
+    'Initialisation: "Following correct receipt of the data format message, the LED will cease flashing"':
+    "detect; led is flashing; U61; 0.02 s; led is low; led is steady",
+    'Initialisation: "the interface expects only <CR> to terminate all subsequent messages"':
+    "detect; U61; 1.2 s; E: C; K: 0",
+    'Initialisation: "will terminate all returned data with <CR><LF>"; "<CR> before <LF> is optional"':
+    "detect; sends V61<LF>; 1.2 s; E<LF> -> C<CR><LF>; F<CR><LF> -> 0<CR><LF>",
+    'Initialisation: "all following instructions must be terminated by <LF>"; <CR> alone ends nothing':
+    "detect; sends V61<CR><LF>; 1.2 s; sends E<CR>; 0.2 s; <LF> -> C<CR><LF>",
+    'Initialisation: "The "U" will be followed by a carriage return" alone: the format is not yet known':
+    "detect; sends V6; 0.1 s; ( -> U<CR>",
+    'Initialisation, R2: "allow a delay of at least 5mS"; a host that does not wait is answered later':
+    "detect; U61; E; 1.3 s; receives C<CR>",
+    "R2: sample 1 sends `U62` CR LF with echo on; its first echo must be `X`, so this LF is dropped":
+    "detect; sends U62<CR><LF>X; 1.3 s; receives X",
+    "Appendix 3, sample 1: nothing is read between the format message and the first command: it is not echoed":
+    "detect; U62; 1.3 s",
+    'Appendix 3, sample 7: "Wait for initial ramp calculation", which takes one second (R12)':
+    "detect; U61; E; 1 s; 0.022 s; receives C<CR>",
+    'Baud rate: "The interface senses the baud rate automatically", after each power-up again':
+    "detect; U61; 1.2 s; E: C; power off; power on; host 300; detect; U61; 1.5 s; E; 1 s; receives C<CR>",
+    "Power requirements: without +5 V no LED is lit, nothing is sent, and no output holds its line":
+    "detect; U61; 1.2 s; S1$; 0.1 s; output1 is high; DTR is on; power off; led is low; output1 is low; "
+    "DTR is off; RTS is off; E; 2 s; power on; led is high; sends (; 0.5 s; 1 s; sends (; 0.5 s; receives U<CR>",
+    'Acceleration rate: "it will still accept any characters sent to it, and will act on any commands after"':
+    "detect; U61; X7$; 0.9 s; X at 0; 0.3 s; X at 7",
+    'Initialisation: off until `(`, flashing until the data format; only then "If the LED comes on again": a fault':
+    "1.2 s; estop low; 0.1 s; led is low; ( -> U<CR>; led is flashing; U61; 1.2 s; "
+    "led is high; led is steady; K: 32",
+})  # fmt: skip
 def test_from_power_up_on(bench, script):
     play(bench, bench.add("if1"), script)
 
@@ -132,17 +130,15 @@ def test_an_overflow_before_the_data_format_leaves_no_bit_in_f(bench):
     play(bench, bench.add("if1"), flood)
 
 
-@scripts(
-    {
-        'Initialisation: "allow a delay of at least 5mS for the UART to re-initialise": E 1.1 ms, CR 2.3 ms later':
-        "detect; U61; E; 1.3 s; E: C",
-        # the format message ends after 3 x 11 + 10 bits, 4.5 ms, and is read by the strobe at 5 ms; E takes 1.04 ms
-        'Initialisation: "allow a delay of at least 5mS": an E that ends 0.1 ms before the end of this delay is lost':
-        "detect; U61; 0.00886 s; sends E; 0.01 s; sends <CR>; 1.3 s; F: 0",
-        'Initialisation: "allow a delay of at least 5mS": after four characters, a strobe and this delay E is received':
-        "detect; U61; 0.00906 s; E; 1.3 s; receives C<CR>",
-    }
-)  # fmt: skip
+@scripts({
+    'Initialisation: "allow a delay of at least 5mS for the UART to re-initialise": E 1.1 ms, CR 2.3 ms later':
+    "detect; U61; E; 1.3 s; E: C",
+    # the format message ends after 3 x 11 + 10 bits, 4.5 ms, and is read by the strobe at 5 ms; E takes 1.04 ms
+    'Initialisation: "allow a delay of at least 5mS": an E that ends 0.1 ms before the end of this delay is lost':
+    "detect; U61; 0.00886 s; sends E; 0.01 s; sends <CR>; 1.3 s; F: 0",
+    'Initialisation: "allow a delay of at least 5mS": after four characters, a strobe and this delay E is received':
+    "detect; U61; 0.00906 s; E; 1.3 s; receives C<CR>",
+})  # fmt: skip
 def test_characters_are_lost_for_5_ms_where_that_is_asked_for(bench, script):
     """R2: option for the strict mode."""
     play(bench, bench.add("if1", line="9600 8N2", strict_format=True), script)

@@ -10,55 +10,51 @@ from .talking import at_speed, command, edges, moving, play, positions, ready, t
 # Emergency stop
 
 
-@scripts(
-    {
-        'Emergency stop: "can be used to inhibit all movement"; all inputs "must remain connected to +24v"':
-        "estop low; X10$; Y-10$; ZG$; 1 s; at 0 0 0",
-        'Clearing faults: "will again give "32 <CR>"" once removed, "but this time the fault bit will be cleared"':
-        "estop low; 0.1 s; K: 32; K: 32; estop released; 0.1 s; X10$; 0.1 s; X at 0; K: 32; K: 0; K: 0; X10$; idle; "
-        "X at 10",
-        'Emergency stop: "inhibit all movement"': "XY-ZG$; 1 s; estop low; 0.1 s; still; estop released; 5 s; still",
-        'Emergency stop: "would normally be a latching-type switch"; the fault is latched anyway':
-        "XG$; 1 s; estop low; 0.01 s; estop released; 1 s; still; K: 32",
-        'Clearing faults: "using either the Motion Status ("K") or Quick Status ("Q") commands"':
-        "estop low; 0.1 s; Q: 32; estop released; 0.1 s; Q: 32; Q: 0; K: 0; led is low",
-        "Emergency stop: the move that waits must not begin":
-        "H1X10$; 0.1 s; estop low; 0.1 s; input1 high; 1 s; X at 0",
-        'Clearing faults: "If a fault, emergency stop or limit condition arises, any axis in motion will stop"':
-        "X-G$; 1 s; limit_plus low; 1 s; X runs at 0",
-        "Limits: the LED goes off when status has been read *and* the input removed":
-        "XG$; 0.5 s; limit_plus low; 0.1 s; limit_plus released; 0.1 s; led is high; K: 64; led is low",
-        'Limits: "They must remain connected to +24v for the interface to run"':
-        "limit_plus low; limit_minus low; 0.1 s; K?; X10$; 0.3 s; X-10$; 0.3 s; K?; X10$; 0.3 s; X-10$; "
-        "0.3 s; X at 0",
-        "Limits: they are in series for all axes: a message that asks for a blocked direction is refused":
-        "limit_plus low; 0.1 s; K?; X-Y+10$; 0.5 s; Y at 0",
-        'R27: "any fault, limit or emergency stop condition"; communication faults do not stop motion':
-        "?; 0.1 s; K: 128; led is low",
-        'Report-back: "The interface can be interrogated to establish its status at any time"':
-        "estop low; 0.1 s; E: F; N: 0; K: 32; F: 0",
-        'Fault disable links: "To simulate a working drive where none is fitted, fit link 3 ... and link 4"':
-        "I: 200; K: 0",  # only inputs 1 to 3 are set
-        'Clearing faults: "further movement is inhibited": outputs are no movement':
-        "estop low; 0.1 s; S3$; 0.1 s; output3 is high",
-        'Input status: "all inputs return their corresponding value when there is NO current in the diode"':
-        "{estop|x_fault|y_fault|limit_plus|limit_minus} low; I: {201|202|204|216|232}",
-    }
-)  # fmt: skip
+@scripts({
+    'Emergency stop: "can be used to inhibit all movement"; all inputs "must remain connected to +24v"':
+    "estop low; X10$; Y-10$; ZG$; 1 s; at 0 0 0",
+    'Clearing faults: "will again give "32 <CR>"" once removed, "but this time the fault bit will be cleared"':
+    "estop low; 0.1 s; K: 32; K: 32; estop released; 0.1 s; X10$; 0.1 s; X at 0; K: 32; K: 0; K: 0; X10$; idle; "
+    "X at 10",
+    'Emergency stop: "inhibit all movement"': "XY-ZG$; 1 s; estop low; 0.1 s; still; estop released; 5 s; still",
+    'Emergency stop: "would normally be a latching-type switch"; the fault is latched anyway':
+    "XG$; 1 s; estop low; 0.01 s; estop released; 1 s; still; K: 32",
+    'Clearing faults: "using either the Motion Status ("K") or Quick Status ("Q") commands"':
+    "estop low; 0.1 s; Q: 32; estop released; 0.1 s; Q: 32; Q: 0; K: 0; led is low",
+    "Emergency stop: the move that waits must not begin":
+    "H1X10$; 0.1 s; estop low; 0.1 s; input1 high; 1 s; X at 0",
+    'Clearing faults: "If a fault, emergency stop or limit condition arises, any axis in motion will stop"':
+    "X-G$; 1 s; limit_plus low; 1 s; X runs at 0",
+    "Limits: the LED goes off when status has been read *and* the input removed":
+    "XG$; 0.5 s; limit_plus low; 0.1 s; limit_plus released; 0.1 s; led is high; K: 64; led is low",
+    'Limits: "They must remain connected to +24v for the interface to run"':
+    "limit_plus low; limit_minus low; 0.1 s; K?; X10$; 0.3 s; X-10$; 0.3 s; K?; X10$; 0.3 s; X-10$; "
+    "0.3 s; X at 0",
+    "Limits: they are in series for all axes: a message that asks for a blocked direction is refused":
+    "limit_plus low; 0.1 s; K?; X-Y+10$; 0.5 s; Y at 0",
+    'R27: "any fault, limit or emergency stop condition"; communication faults do not stop motion':
+    "?; 0.1 s; K: 128; led is low",
+    'Report-back: "The interface can be interrogated to establish its status at any time"':
+    "estop low; 0.1 s; E: F; N: 0; K: 32; F: 0",
+    'Fault disable links: "To simulate a working drive where none is fitted, fit link 3 ... and link 4"':
+    "I: 200; K: 0",  # only inputs 1 to 3 are set
+    'Clearing faults: "further movement is inhibited": outputs are no movement':
+    "estop low; 0.1 s; S3$; 0.1 s; output3 is high",
+    'Input status: "all inputs return their corresponding value when there is NO current in the diode"':
+    "{estop|x_fault|y_fault|limit_plus|limit_minus} low; I: {201|202|204|216|232}",
+})  # fmt: skip
 def test_stop_inputs_limits_and_led(bench, if1, script):
     play(bench, if1, script)
 
 
-@scripts(
-    {
-        'Emergency stop: the inputs "must remain connected to +24v for the interface to run", at power-up, too':
-        "estop low; 1.5 s; ( -> U<CR>; U61; 1.2 s; X10$; 0.5 s; at 0 0 0; K: 32; estop released; 0.1 s; K: 32; "
-        "X10$; idle; at 10 0 0",
-        'Fault disable links: "a logic low on the X and Y axis fault inputs even if no drive is connected"':
-        "y_fault low; 1.5 s; ( -> U<CR>; U61; 1.2 s; K: 16; X10$; 0.5 s; K: 16; Z10$; 0.5 s; K: 16; at 0 0 0; "
-        "led is high",
-    }
-)  # fmt: skip
+@scripts({
+    'Emergency stop: the inputs "must remain connected to +24v for the interface to run", at power-up, too':
+    "estop low; 1.5 s; ( -> U<CR>; U61; 1.2 s; X10$; 0.5 s; at 0 0 0; K: 32; estop released; 0.1 s; K: 32; "
+    "X10$; idle; at 10 0 0",
+    'Fault disable links: "a logic low on the X and Y axis fault inputs even if no drive is connected"':
+    "y_fault low; 1.5 s; ( -> U<CR>; U61; 1.2 s; K: 16; X10$; 0.5 s; K: 16; Z10$; 0.5 s; K: 16; at 0 0 0; "
+    "led is high",
+})  # fmt: skip
 def test_inputs_that_are_open_at_power_up(bench, script):
     play(bench, bench.add("if1"), script)
 

@@ -40,18 +40,16 @@ def test_no_delay_unless_it_is_asked_for(bench, if1):
     assert all(abs(gap) <= 1 for gap in gaps([time for time, _, _ in received]))
 
 
-@scripts(
-    {
-        'Delay: "a number giving the required delay in multiples of 10mS"':
-        "U61; D25; E; 0.2 s; 1 s; receives C<CR>; D0; E: C",
-        "Delay: it is not move data, and takes effect at once":
-        "U61; XG$; D10; 0.1 s; K; 0.09 s; 0.3 s; receives 3<CR>; #",
-        "Delay: it precedes each transmitted character; a reply of one letter has three characters in the V format":
-        "V61; sends D10<LF>; 0.1 s; sends E<LF>; 0.15 s; receives C; 0.1 s; receives <CR>; 0.15 s; receives <LF>",
-        "Default values: after power-up the delay is 0 mS":
-        "U61; D25; 0.1 s; power off; power on; 1.5 s; sends (; 0.05 s; receives U<CR>",
-    }
-)  # fmt: skip
+@scripts({
+    'Delay: "a number giving the required delay in multiples of 10mS"':
+    "U61; D25; E; 0.2 s; 1 s; receives C<CR>; D0; E: C",
+    "Delay: it is not move data, and takes effect at once":
+    "U61; XG$; D10; 0.1 s; K; 0.09 s; 0.3 s; receives 3<CR>; #",
+    "Delay: it precedes each transmitted character; a reply of one letter has three characters in the V format":
+    "V61; sends D10<LF>; 0.1 s; sends E<LF>; 0.15 s; receives C; 0.1 s; receives <CR>; 0.15 s; receives <LF>",
+    "Default values: after power-up the delay is 0 mS":
+    "U61; D25; 0.1 s; power off; power on; 1.5 s; sends (; 0.05 s; receives U<CR>",
+})  # fmt: skip
 def test_delay_set_and_removed(bench, script):
     message, _, acts = script.partition("; ")
     play(bench, ready(bench, message), acts)

@@ -11,31 +11,29 @@ TRAVEL = {"limits": (-100, 2000)}
 """The minus switch opens below -100, the plus switch above 2000."""
 
 
-@scripts(
-    {
-        'Clearing: "any axis in motion will stop"; below the start/stop speed at once':
-        "X9000@400$; 10 s; at 2001 0 0; I: 216; N: 2001; K: 64",
-        'Emergency stop and limit inputs: "and vice versa"': "X-9000@400$; 10 s; at -101 0 0; I: 232; K: 64",
-        'Clearing: "driven off the limit in the opposite direction and no further status request need be made"':
-        "X9000@400$; 8 s; K: 64; X-500$; idle; at 1501 0 0; X100$; idle; at 1601 0 0; K: 0",
-        'Digest 14: "further movement refused until read"; the manual: "after a status request has been made"':
-        "X9000@400$; 8 s; X-500$; Z-5$; 2 s; at 2001 0 0; K: 64; 2 s; at 2001 0 0",
-        'Limit inputs: "the interface can only be driven in the negative direction ... after a status request"':
-        "X9000@400$; 8 s; X10$; 0.5 s; at 2001 0 0; K: 64; X10$; 0.5 s; X@200G$; 0.5 s; at 2001 0 0",
-        'Clearing: "a status request will be necessary ... and this will serve to reset the fault bit"':
-        "X9000@400$; 8 s; K: 64; K: 0; K: 0; E: C; I: 216; led is high",
-        'Inputs: "It will turn off after Motion Status has been read and the input removed": at 2000 the switch closes':
-        "X9000@400$; 8 s; led is high; K?; X-1$; idle; at 2000 0 0; led is low",
-        'Limit inputs: "can only be driven in the negative direction": an axis that makes no step goes nowhere':
-        "X9000@400$; 8 s; K: 64; X0$; 0.5 s; K: 0; X-100/Y0$; 3 s; at 1901 0 0; K: 0",
-        "Run mode ends at a limit as an index does: a run is stopped by a limit":
-        "X@400G$; 10 s; at 2001 0 0; K: 64; K: 0; X-G$; 10 s; at -101 0 0; K: 64",
-        # 1500, 500, 2000, 1000, and then the switch before 2500
-        'R22: a sequence ends at a limit, "ended, outputs as they are"; after the request it can be run again':
-        ":S1:X1500@400:R1:X-1000:=3,1:$; 30 s; at 2001 0 0; outputs 10000; K: 64; 5 s; at 2001 0 0; E: C; X-1901$; "
-        "idle; :$; 6 s; X between 100 1599",
-    }
-)  # fmt: skip
+@scripts({
+    'Clearing: "any axis in motion will stop"; below the start/stop speed at once':
+    "X9000@400$; 10 s; at 2001 0 0; I: 216; N: 2001; K: 64",
+    'Emergency stop and limit inputs: "and vice versa"': "X-9000@400$; 10 s; at -101 0 0; I: 232; K: 64",
+    'Clearing: "driven off the limit in the opposite direction and no further status request need be made"':
+    "X9000@400$; 8 s; K: 64; X-500$; idle; at 1501 0 0; X100$; idle; at 1601 0 0; K: 0",
+    'Digest 14: "further movement refused until read"; the manual: "after a status request has been made"':
+    "X9000@400$; 8 s; X-500$; Z-5$; 2 s; at 2001 0 0; K: 64; 2 s; at 2001 0 0",
+    'Limit inputs: "the interface can only be driven in the negative direction ... after a status request"':
+    "X9000@400$; 8 s; X10$; 0.5 s; at 2001 0 0; K: 64; X10$; 0.5 s; X@200G$; 0.5 s; at 2001 0 0",
+    'Clearing: "a status request will be necessary ... and this will serve to reset the fault bit"':
+    "X9000@400$; 8 s; K: 64; K: 0; K: 0; E: C; I: 216; led is high",
+    'Inputs: "It will turn off after Motion Status has been read and the input removed": at 2000 the switch closes':
+    "X9000@400$; 8 s; led is high; K?; X-1$; idle; at 2000 0 0; led is low",
+    'Limit inputs: "can only be driven in the negative direction": an axis that makes no step goes nowhere':
+    "X9000@400$; 8 s; K: 64; X0$; 0.5 s; K: 0; X-100/Y0$; 3 s; at 1901 0 0; K: 0",
+    "Run mode ends at a limit as an index does: a run is stopped by a limit":
+    "X@400G$; 10 s; at 2001 0 0; K: 64; K: 0; X-G$; 10 s; at -101 0 0; K: 64",
+    # 1500, 500, 2000, 1000, and then the switch before 2500
+    'R22: a sequence ends at a limit, "ended, outputs as they are"; after the request it can be run again':
+    ":S1:X1500@400:R1:X-1000:=3,1:$; 30 s; at 2001 0 0; outputs 10000; K: 64; 5 s; at 2001 0 0; E: C; X-1901$; "
+    "idle; :$; 6 s; X between 100 1599",
+})  # fmt: skip
 def test_a_limit_switch_of_x(bench, script):
     play(bench, ready(bench, X=TRAVEL), script)
 
@@ -78,24 +76,22 @@ def test_a_backlash_correction_away_from_the_limit_that_the_move_found(bench):
     play(bench, ready(bench, X={"limits": (-100, 105)}), "B-20; X100@400B$; 2 s; at 106 0 0; X moves 106; K: 64")
 
 
-@scripts(
-    {
-        'Inputs: "Emergency stop or limit inputs will light the LED (red)"':
-        "limit_minus low; 0.1 s; led is high; K: 64; limit_minus released; 0.1 s; K: 0; led is low",
-        "Clearing: the bit stays until the request": "limit_plus low; 0.005 s; limit_plus released; 5 s; K: 64; K: 0",
-        "Limit inputs: common: negative movement is allowed while the positive limit is open":
-        "limit_plus low; 0.1 s; K?; X-10@400$; idle; Y-20$; idle; X-Y-Z-5$; idle; at -15 -25 -5",
-        "Both switches open at once (a broken wire common to both): nothing may move":
-        "limit_plus low; limit_minus low; 0.1 s; I: 248; K?; X10$; 0.3 s; K?; X-10$; 0.3 s; K?; Y10$; 0.3 s; "
-        "K?; Z-10$; 0.3 s; at 0 0 0; K?; limit_minus released; 0.1 s; K?; X-10$; idle; at -10 0 0",
-        'Clearing: "apart from motion away from a limit switch"; the switch chatters while it is left':
-        "limit_plus low; 0.1 s; K?; X-400@400$; 0.2 s; limit_plus high; 0.01 s; limit_plus low; 0.01 s; "
-        "limit_plus high; 0.01 s; limit_plus low; 0.01 s; limit_plus high; 2 s; at -400 0 0",
-        "Clearing: any request clears the limit bit; the emergency stop bit only after its input has closed":
-        "X4000@400$; 1 s; estop low; limit_plus low; 0.5 s; K: 96; K: 32; estop released; 0.1 s; K: 32; K: 0; mark; "
-        "X-10$; idle; moved -10 0 0",
-    }
-)  # fmt: skip
+@scripts({
+    'Inputs: "Emergency stop or limit inputs will light the LED (red)"':
+    "limit_minus low; 0.1 s; led is high; K: 64; limit_minus released; 0.1 s; K: 0; led is low",
+    "Clearing: the bit stays until the request": "limit_plus low; 0.005 s; limit_plus released; 5 s; K: 64; K: 0",
+    "Limit inputs: common: negative movement is allowed while the positive limit is open":
+    "limit_plus low; 0.1 s; K?; X-10@400$; idle; Y-20$; idle; X-Y-Z-5$; idle; at -15 -25 -5",
+    "Both switches open at once (a broken wire common to both): nothing may move":
+    "limit_plus low; limit_minus low; 0.1 s; I: 248; K?; X10$; 0.3 s; K?; X-10$; 0.3 s; K?; Y10$; 0.3 s; "
+    "K?; Z-10$; 0.3 s; at 0 0 0; K?; limit_minus released; 0.1 s; K?; X-10$; idle; at -10 0 0",
+    'Clearing: "apart from motion away from a limit switch"; the switch chatters while it is left':
+    "limit_plus low; 0.1 s; K?; X-400@400$; 0.2 s; limit_plus high; 0.01 s; limit_plus low; 0.01 s; "
+    "limit_plus high; 0.01 s; limit_plus low; 0.01 s; limit_plus high; 2 s; at -400 0 0",
+    "Clearing: any request clears the limit bit; the emergency stop bit only after its input has closed":
+    "X4000@400$; 1 s; estop low; limit_plus low; 0.5 s; K: 96; K: 32; estop released; 0.1 s; K: 32; K: 0; mark; "
+    "X-10$; idle; moved -10 0 0",
+})  # fmt: skip
 def test_a_limit_input_at_rest(bench, if1, script):
     play(bench, if1, script)
 
@@ -118,17 +114,15 @@ def test_a_limit_that_opens_behind_the_motion_does_not_stop_it_where_that_is_ask
     play(bench, ready(bench, limits="motion ahead"), script)
 
 
-@scripts(
-    {
-        # only the first part: the 20 steps back would go towards the open switch
-        'Limit inputs: with the negative limit open "the interface can only be driven" positively':
-        "B-20; limit_minus low; 0.1 s; K: 64; X100B$; until X at 120; 0.5 s; at 120 0 0; K: 64",
-        "Limit inputs: the level at the time of the correction counts, not the level when the index began":
-        "B-20; limit_minus low; 0.1 s; K?; X100B$; 0.1 s; limit_minus released; idle; at 100 0 0; K: 0",
-        'Backlash: "a pause of at least 3mS", without motion: a limit that opens in it prevents the correction':
-        "B-20; X100B$; until X at 120; 0.001 s; limit_minus low; 1 s; at 120 0 0; K: 64",
-    }
-)  # fmt: skip
+@scripts({
+    # only the first part: the 20 steps back would go towards the open switch
+    'Limit inputs: with the negative limit open "the interface can only be driven" positively':
+    "B-20; limit_minus low; 0.1 s; K: 64; X100B$; until X at 120; 0.5 s; at 120 0 0; K: 64",
+    "Limit inputs: the level at the time of the correction counts, not the level when the index began":
+    "B-20; limit_minus low; 0.1 s; K?; X100B$; 0.1 s; limit_minus released; idle; at 100 0 0; K: 0",
+    'Backlash: "a pause of at least 3mS", without motion: a limit that opens in it prevents the correction':
+    "B-20; X100B$; until X at 120; 0.001 s; limit_minus low; 1 s; at 120 0 0; K: 64",
+})  # fmt: skip
 def test_a_backlash_correction_towards_a_limit(bench, if1, script):
     play(bench, if1, script)
 

@@ -6,33 +6,31 @@ from ..scripts import scripts
 from .talking import command, number, play, positions, write
 
 
-@scripts(
-    {
-        'Position report-back: ""N <CR>" sent by controller, " 527 <CR>" returned by interface"':
-        "N: 0; X527$; idle; N: 527",
-        "Position report-back: each move of a sequence is an index":
-        ":X100@400:P0,30:Y30:P0,30:$; 0.45 s; N: 100; 0.3 s; N: 30",
-        'In linear interpolation: "the maximum number of steps returned is 65535"': "X65535/Y3@10000$; idle; N: 65535",
-        'Position report-back: "If an index or run command is terminated, ... the number of clock pulses sent"':
-        "X90000@5000$; 3 s; #; 2 s; X between 1 89999; N: X",
-        'Position report-back: terminated "by an external signal"':
-        "Y-90000@5000$; 3 s; estop low; 2 s; Y between -89999 -1; N: Y",
-        'Position report-back: after a drive fault "the position returned is not meaningful", but N is answered':
-        "X90000@5000$; 3 s; x_fault low; 1 s; N?",
-        # it counts both ways
-        'Position report-back: "the number of clock pulses sent to the motor" is 120, and 20 back':
-        "B-20; X100B$; idle; X moves 120 -20; N: 140",
-        "R21: only interpolated runs count 16 bits: a plain run above the start/stop rate does not":
-        "X@10000G$; 10 s; #; 2 s; X between 70001 120000; N: X",
-        'In linear interpolation: "If the speed is below the start/stop rate, ... approximately 4 x 10^9"':
-        "X1000/Y250@400G$; 200 s; #; 2 s; X between 65538 90000; N: X",
-        # levels of 100 ms: 40 steps at 400/s, 50 at 500/s ...; the request is read 2.3 to 5 ms after 50 ms, 20 steps
-        'Position report-back: on the ramp "above the start/stop speed" begins with its second level':
-        "^1 @5000; 1.2 s; X40000$; until moving; 0.05 s; N: 20|21|22; 0.15 s; N: 0",
-        'Position report-back: "the number of steps produced from the start of the index or run"':
-        "{X-300|Y300|XYZ300|X-Y+Z-300@1000|X300/Y20@1000}$; idle; N: 300",
-    }
-)  # fmt: skip
+@scripts({
+    'Position report-back: ""N <CR>" sent by controller, " 527 <CR>" returned by interface"':
+    "N: 0; X527$; idle; N: 527",
+    "Position report-back: each move of a sequence is an index":
+    ":X100@400:P0,30:Y30:P0,30:$; 0.45 s; N: 100; 0.3 s; N: 30",
+    'In linear interpolation: "the maximum number of steps returned is 65535"': "X65535/Y3@10000$; idle; N: 65535",
+    'Position report-back: "If an index or run command is terminated, ... the number of clock pulses sent"':
+    "X90000@5000$; 3 s; #; 2 s; X between 1 89999; N: X",
+    'Position report-back: terminated "by an external signal"':
+    "Y-90000@5000$; 3 s; estop low; 2 s; Y between -89999 -1; N: Y",
+    'Position report-back: after a drive fault "the position returned is not meaningful", but N is answered':
+    "X90000@5000$; 3 s; x_fault low; 1 s; N?",
+    # it counts both ways
+    'Position report-back: "the number of clock pulses sent to the motor" is 120, and 20 back':
+    "B-20; X100B$; idle; X moves 120 -20; N: 140",
+    "R21: only interpolated runs count 16 bits: a plain run above the start/stop rate does not":
+    "X@10000G$; 10 s; #; 2 s; X between 70001 120000; N: X",
+    'In linear interpolation: "If the speed is below the start/stop rate, ... approximately 4 x 10^9"':
+    "X1000/Y250@400G$; 200 s; #; 2 s; X between 65538 90000; N: X",
+    # levels of 100 ms: 40 steps at 400/s, 50 at 500/s ...; the request is read 2.3 to 5 ms after 50 ms, 20 steps
+    'Position report-back: on the ramp "above the start/stop speed" begins with its second level':
+    "^1 @5000; 1.2 s; X40000$; until moving; 0.05 s; N: 20|21|22; 0.15 s; N: 0",
+    'Position report-back: "the number of steps produced from the start of the index or run"':
+    "{X-300|Y300|XYZ300|X-Y+Z-300@1000|X300/Y20@1000}$; idle; N: 300",
+})  # fmt: skip
 def test_steps_of_the_last_move(bench, if1, script):
     play(bench, if1, script)
 

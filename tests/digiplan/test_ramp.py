@@ -68,48 +68,46 @@ def test_the_last_rise_may_be_smaller(bench, if1):
     assert since_start(if1.axes["X"]) == pulse_times_of(expected)
 
 
-@scripts(
-    {
-        'Start/stop: "Below this speed, no acceleration is applied and the clock will run at a fixed frequency"':
-        "<12; X200@1200$; 3 s; X 200 pulses at 1200; X200@1100$; 3 s; X 200 pulses at 1100",
-        'Acceleration: "may be sent as part of the initialisation routine or may be included with the first move"':
-        ">1 <10 ^15 @ 4800 X 5000 $; 5 s; X 5000 pulses from 1000 to 4800 by 100 at 15000",
-        "Acceleration: the manual's example of parameters in one message, before the move":
-        ">1<10^15@4800; Z5000$; 5 s; Z 5000 pulses from 1000 to 4800 by 100 at 15000",
-        "Appendix 3, sample 7: the acceleration is the last parameter before `$`":
-        "X1000@1000^20$; 5 s; X 1000 pulses from 400 to 1000 by 100 at 20000",
-        'Acceleration: ""^7 <CR>" will set an acceleration rate of 7000 steps/sec2"':
-        "^7@2000; Z3000$; 12 s; Z 3000 pulses from 400 to 2000 by 100 at 7000",
-        'Acceleration: "the rate at which the clock accelerates from the start/stop speed up to the programmed speed"':
-        "^1@1500; Z4000$; 12 s; Z 4000 pulses from 400 to 1500 by 100 at 1000",
-        "Acceleration: the steepest ramp": "^500@25000; Z9000$; 12 s; Z 9000 pulses from 400 to 25000 by 100 at 500000",
-        "Acceleration: range 2": ">2^20@5000; Z5000$; 12 s; Z 5000 pulses from 400 to 5000 by 200 at 20000",
-        "Acceleration: range 3": ">3<9^50@20000; Z9000$; 12 s; Z 9000 pulses from 800 to 20000 by 400 at 50000",
-        "Acceleration: range 3 up to its maximum":
-        ">3^500@99999; Z20000$; 12 s; Z 20000 pulses from 400 to 100000 by 400 at 500000",
-        "Acceleration: range 4": ">4<1^3@350; Z1000$; 12 s; Z 1000 pulses from 96 to 350 by 16 at 3000",
-        'Acceleration: "it will still accept any characters sent to it, and will act on any commands after"':
-        "^20; S1$; X5$; I; 0.95 s; output1 is low; X at 0; 0.15 s; receives 200<CR>; output1 is high; X at 5",
-        "Acceleration: a cancel received during the calculation is executed after it":
-        "X100^10$; #; 3 s; X between 0 9; E: C",
-        "R8: ramp data do not change the run in progress":
-        "X@1000G$; 0.5 s; >4<40^500; 3 s; X runs at 1000; #; 3 s; K: 0; F: 0",
-        "R8, R10: speed data in motion are checked at the terminator": "XG$; @25001; 0.1 s; K: 131; F: 16",
-        "R8: a speed sent during a motion is stored and used by the next move":
-        "X400$; @200; 2 s; X 400 pulses at 400; Y100$; 2 s; Y 100 pulses at 200",
-        "R8: with one ramp generator, the new ramp is calculated after the move; status is answered until then":
-        "X400$; ^20; 0.1 s; K: 3; until X at 400; 0.05 s; E; 0.8 s; still; 0.2 s; receives C<CR>; X200@1000$; 2 s; "
-        "X 200 pulses from 400 to 1000 by 100 at 20000",
-        "R8 and R9: the move in progress ends, then the ramp is calculated, and then the held move begins":
-        "X400$; ^20; Y200@1000$; 4 s; Y begins 1000 to 1010 ms after X; Y 200 pulses from 400 to 1000 by 100 at 20000",
-        'Start/stop: "between 100 and 4000"; acceleration: "multiples of 1000 ... up to 500,000", not 0 (R10)':
-        "{<0|<41|<100|<4000|^0|^501|^1000|^99999999999}; 1.1 s; K: 128; F: 16; X100@1000$; 1 s; "
-        "X 100 pulses from 400 to 1000 by 100 at 10000",
-        "Start/stop: 100 to 4000 steps/sec; acceleration: 1000 to 500,000 steps/sec2 (1)":
-        "{<1|<40|^1|^500|^0010}; 1.1 s; K: 0; F: 0",
-        "Start/stop: 100 to 4000 steps/sec; acceleration: 1000 to 500,000 steps/sec2 (2)": "< 0 4; 1.1 s; K: 0; F: 0",
-    }
-)  # fmt: skip
+@scripts({
+    'Start/stop: "Below this speed, no acceleration is applied and the clock will run at a fixed frequency"':
+    "<12; X200@1200$; 3 s; X 200 pulses at 1200; X200@1100$; 3 s; X 200 pulses at 1100",
+    'Acceleration: "may be sent as part of the initialisation routine or may be included with the first move"':
+    ">1 <10 ^15 @ 4800 X 5000 $; 5 s; X 5000 pulses from 1000 to 4800 by 100 at 15000",
+    "Acceleration: the manual's example of parameters in one message, before the move":
+    ">1<10^15@4800; Z5000$; 5 s; Z 5000 pulses from 1000 to 4800 by 100 at 15000",
+    "Appendix 3, sample 7: the acceleration is the last parameter before `$`":
+    "X1000@1000^20$; 5 s; X 1000 pulses from 400 to 1000 by 100 at 20000",
+    'Acceleration: ""^7 <CR>" will set an acceleration rate of 7000 steps/sec2"':
+    "^7@2000; Z3000$; 12 s; Z 3000 pulses from 400 to 2000 by 100 at 7000",
+    'Acceleration: "the rate at which the clock accelerates from the start/stop speed up to the programmed speed"':
+    "^1@1500; Z4000$; 12 s; Z 4000 pulses from 400 to 1500 by 100 at 1000",
+    "Acceleration: the steepest ramp": "^500@25000; Z9000$; 12 s; Z 9000 pulses from 400 to 25000 by 100 at 500000",
+    "Acceleration: range 2": ">2^20@5000; Z5000$; 12 s; Z 5000 pulses from 400 to 5000 by 200 at 20000",
+    "Acceleration: range 3": ">3<9^50@20000; Z9000$; 12 s; Z 9000 pulses from 800 to 20000 by 400 at 50000",
+    "Acceleration: range 3 up to its maximum":
+    ">3^500@99999; Z20000$; 12 s; Z 20000 pulses from 400 to 100000 by 400 at 500000",
+    "Acceleration: range 4": ">4<1^3@350; Z1000$; 12 s; Z 1000 pulses from 96 to 350 by 16 at 3000",
+    'Acceleration: "it will still accept any characters sent to it, and will act on any commands after"':
+    "^20; S1$; X5$; I; 0.95 s; output1 is low; X at 0; 0.15 s; receives 200<CR>; output1 is high; X at 5",
+    "Acceleration: a cancel received during the calculation is executed after it":
+    "X100^10$; #; 3 s; X between 0 9; E: C",
+    "R8: ramp data do not change the run in progress":
+    "X@1000G$; 0.5 s; >4<40^500; 3 s; X runs at 1000; #; 3 s; K: 0; F: 0",
+    "R8, R10: speed data in motion are checked at the terminator": "XG$; @25001; 0.1 s; K: 131; F: 16",
+    "R8: a speed sent during a motion is stored and used by the next move":
+    "X400$; @200; 2 s; X 400 pulses at 400; Y100$; 2 s; Y 100 pulses at 200",
+    "R8: with one ramp generator, the new ramp is calculated after the move; status is answered until then":
+    "X400$; ^20; 0.1 s; K: 3; until X at 400; 0.05 s; E; 0.8 s; still; 0.2 s; receives C<CR>; X200@1000$; 2 s; "
+    "X 200 pulses from 400 to 1000 by 100 at 20000",
+    "R8 and R9: the move in progress ends, then the ramp is calculated, and then the held move begins":
+    "X400$; ^20; Y200@1000$; 4 s; Y begins 1000 to 1010 ms after X; Y 200 pulses from 400 to 1000 by 100 at 20000",
+    'Start/stop: "between 100 and 4000"; acceleration: "multiples of 1000 ... up to 500,000", not 0 (R10)':
+    "{<0|<41|<100|<4000|^0|^501|^1000|^99999999999}; 1.1 s; K: 128; F: 16; X100@1000$; 1 s; "
+    "X 100 pulses from 400 to 1000 by 100 at 10000",
+    "Start/stop: 100 to 4000 steps/sec; acceleration: 1000 to 500,000 steps/sec2 (1)":
+    "{<1|<40|^1|^500|^0010}; 1.1 s; K: 0; F: 0",
+    "Start/stop: 100 to 4000 steps/sec; acceleration: 1000 to 500,000 steps/sec2 (2)": "< 0 4; 1.1 s; K: 0; F: 0",
+})  # fmt: skip
 def test_ramp_and_speed_data_at_any_time(bench, if1, script):
     play(bench, if1, script)
 

@@ -6,44 +6,42 @@ from ..scripts import scripts
 from .talking import OWN_TIME_NS, edges, gaps, moves, play, times
 
 
-@scripts(
-    {
-        'Repeating: "Up to 255 repeats can be specified, so the same move ... can be performed 256 times"':
-        ":X3@400:=255,1:$; idle; at 768 0 0; N: 3",
-        "Repeating: up to 255; R35: 256 is out of range": ":X3@400:=256,1:$; 1 s; at 0 0 0; K: 128; F: 16",
-        "Repeating: each pass of the second repeat begins the first repeat again":
-        ":X1@400:=2,1:=3,1:$; idle; at 12 0 0",
-        "Repeating, format: high levels, low levels, repeat data":
-        "input1 low; input3 high; :X10@400:H1L3=1,1:$; 0.5 s; input3 low; 0.5 s; at 10 0 0; input1 high; "
-        "0.5 s; at 20 0 0; E: C",
-        'Programming a sequence: "the whole sequence can be repeated"':
-        ":X2@400:=4,1:$; idle; at 10 0 0; :$; idle; at 20 0 0; :$; idle; at 30 0 0; :$; idle",
-        # per Z: two Y; per Y: three X.  Four Z.
-        'Repeating: "nesting repeats within the sequence", three levels; an outer pass restarts the inner repeats':
-        ":X1@400:=2,1:Y1:=1,1:Z1:=3,1:$; idle; at 24 8 4",
-        # X Y X Y Z; from step 2: Y; the first repeat begins again and goes back to step 1: X Y; Z
-        "Repeating: the second repeat begins in the middle of the first one's steps":
-        ":X1@400:Y1:=1,1:Z1:=1,2:$; idle; at 3 4 2",
-        # cancelled in the middle of the Y move
-        'Repeating: "Once a sequence has been terminated, it can only be restarted from the beginning"; R14: by `:$`':
-        ":X1000@400:Y:X-:Y-:=0,1:$; 3.5 s; #; 0.1 s; X at 1000; Y between 350 450; :$; 2.55 s; X at 2000; "
-        "Y between 350 549; O: 2",
-        'R14: the manual\'s ":% <CR>" is a misprint: `%` means "wait for control", and this message is unfinished':
-        ":X10@400:$; idle; :%; 1 s; at 10 0 0",
-        'Repeating: ":H1" first: "will only continue to repeat if input 1 is high ... always stop at the origin"':
-        "input1 high;  :H1: X 1000 @ 400 : Y : X- : Y- : = 0, 1 : $; 23 s; input1 low; 50 s; at 0 0 0; "
-        "X moves 1000 -1000 1000 -1000 1000 -1000; E: E; K: 0; O: 1; input1 high; 4.9 s; X at 1000; Y between 901 1000",
-        'Repeating: "restarted from step 1", with all passes, after a cancel in the second of five passes':
-        "input1 high; :H1X100@400:=4,1:$; 0.4 s; input1 low; 0.5 s; at 200 0 0; #; input1 high; :$; idle; at 700 0 0",
-        "Repeating a delay: 4 x 256 times 990 ms, about 17 minutes, are exact but for the interface's own time":
-        ":S1:P0,99:=255,2:=3,2:R1:$; 1020 s; output1 high for 1013760 to 1014789 ms",
-        "R35: a step m that is not 1 to 63, or not yet defined, sets F 16, and the sequence is dropped":
-        ":X3@400:={1,0|1,64|1,3|0,9}:Y4:$; 1 s; at 0 0 0; K: 128; F: 16",
-        "Repeating an empty step for ever takes time, and the cancel code ends it":
-        "input1 high; input2 low; :{=0,1|S1:=0,1|X0:=0,1|X:Y:=0,1|=255,1:=255,1:=255,1:=0,1|B+5:R1:=0,2|H1:L2:=0,1|"
-        "A:=0,1}:$; 2 s; E: E; #; 0.1 s; E: C; X5@400$; idle; at 5 0 0",
-    }
-)  # fmt: skip
+@scripts({
+    'Repeating: "Up to 255 repeats can be specified, so the same move ... can be performed 256 times"':
+    ":X3@400:=255,1:$; idle; at 768 0 0; N: 3",
+    "Repeating: up to 255; R35: 256 is out of range": ":X3@400:=256,1:$; 1 s; at 0 0 0; K: 128; F: 16",
+    "Repeating: each pass of the second repeat begins the first repeat again":
+    ":X1@400:=2,1:=3,1:$; idle; at 12 0 0",
+    "Repeating, format: high levels, low levels, repeat data":
+    "input1 low; input3 high; :X10@400:H1L3=1,1:$; 0.5 s; input3 low; 0.5 s; at 10 0 0; input1 high; "
+    "0.5 s; at 20 0 0; E: C",
+    'Programming a sequence: "the whole sequence can be repeated"':
+    ":X2@400:=4,1:$; idle; at 10 0 0; :$; idle; at 20 0 0; :$; idle; at 30 0 0; :$; idle",
+    # per Z: two Y; per Y: three X.  Four Z.
+    'Repeating: "nesting repeats within the sequence", three levels; an outer pass restarts the inner repeats':
+    ":X1@400:=2,1:Y1:=1,1:Z1:=3,1:$; idle; at 24 8 4",
+    # X Y X Y Z; from step 2: Y; the first repeat begins again and goes back to step 1: X Y; Z
+    "Repeating: the second repeat begins in the middle of the first one's steps":
+    ":X1@400:Y1:=1,1:Z1:=1,2:$; idle; at 3 4 2",
+    # cancelled in the middle of the Y move
+    'Repeating: "Once a sequence has been terminated, it can only be restarted from the beginning"; R14: by `:$`':
+    ":X1000@400:Y:X-:Y-:=0,1:$; 3.5 s; #; 0.1 s; X at 1000; Y between 350 450; :$; 2.55 s; X at 2000; "
+    "Y between 350 549; O: 2",
+    'R14: the manual\'s ":% <CR>" is a misprint: `%` means "wait for control", and this message is unfinished':
+    ":X10@400:$; idle; :%; 1 s; at 10 0 0",
+    'Repeating: ":H1" first: "will only continue to repeat if input 1 is high ... always stop at the origin"':
+    "input1 high;  :H1: X 1000 @ 400 : Y : X- : Y- : = 0, 1 : $; 23 s; input1 low; 50 s; at 0 0 0; "
+    "X moves 1000 -1000 1000 -1000 1000 -1000; E: E; K: 0; O: 1; input1 high; 4.9 s; X at 1000; Y between 901 1000",
+    'Repeating: "restarted from step 1", with all passes, after a cancel in the second of five passes':
+    "input1 high; :H1X100@400:=4,1:$; 0.4 s; input1 low; 0.5 s; at 200 0 0; #; input1 high; :$; idle; at 700 0 0",
+    "Repeating a delay: 4 x 256 times 990 ms, about 17 minutes, are exact but for the interface's own time":
+    ":S1:P0,99:=255,2:=3,2:R1:$; 1020 s; output1 high for 1013760 to 1014789 ms",
+    "R35: a step m that is not 1 to 63, or not yet defined, sets F 16, and the sequence is dropped":
+    ":X3@400:={1,0|1,64|1,3|0,9}:Y4:$; 1 s; at 0 0 0; K: 128; F: 16",
+    "Repeating an empty step for ever takes time, and the cancel code ends it":
+    "input1 high; input2 low; :{=0,1|S1:=0,1|X0:=0,1|X:Y:=0,1|=255,1:=255,1:=255,1:=0,1|B+5:R1:=0,2|H1:L2:=0,1|"
+    "A:=0,1}:$; 2 s; E: E; #; 0.1 s; E: C; X5@400$; idle; at 5 0 0",
+})  # fmt: skip
 def test_repeated_steps(bench, if1, script):
     play(bench, if1, script)
 

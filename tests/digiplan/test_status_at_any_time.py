@@ -7,25 +7,23 @@ WAITING = "X40$; Y20$; @200; Z8$; "
 """A move, a move that is held, and two messages that wait in the buffer.  40 steps at 400 steps/s take 100 ms."""
 
 
-@scripts(
-    {
-        "Quick status: it is answered whatever messages wait before it":
-        "X40$; Y20$; @200; Z8$; 0.05 s; Q; 0.02 s; receives \x03; X moving; 1 s; at 40 20 8; F: 0",
-        # Y runs at 400; `@200` is for Z
-        "Report-back: a request does not change the order of held messages":
-        "X40$; E; Y20$; E; @200; E; Z8$; E; 0.06 s; receives E<CR>E<CR>E<CR>E<CR>; 1 s; Y 20 pulses at 400; "
-        "Z 8 pulses at 200; at 40 20 8",
-        # `>1` takes a second of calculation, during which all of it is received
-        "Report-back: a request is answered even if it was in the buffer before the waiting message was read":
-        ">1; 0.05 s; X40$; Y20$; @200; Z8$; E; until X moving; 0.02 s; receives E<CR>; X moving",
-        "Lockout: `[` waits behind a held move, and the `]` that was sent after it is executed after it":
-        "X40$; Y20$; [; ]; Z8$; 1 s; E: C; at 40 20 8",
-        'Run mode: "send the cancel code": it discards all waiting messages, but not the answer being sent':
-        "X40$; Y20$; @200; Z8$; E; #; Z3$; 1 s; receives E<CR>; X between 1 39; Y at 0; Z at 3",
-        'Report-back: a request is answered "at any time", whatever messages wait before it':
-        "X40$; Y20$; @200; Z8$; {K|I|O|E|F}: {3|200|0|E|0}; X moving; 1 s; at 40 20 8; F: 0",
-    }
-)  # fmt: skip
+@scripts({
+    "Quick status: it is answered whatever messages wait before it":
+    "X40$; Y20$; @200; Z8$; 0.05 s; Q; 0.02 s; receives \x03; X moving; 1 s; at 40 20 8; F: 0",
+    # Y runs at 400; `@200` is for Z
+    "Report-back: a request does not change the order of held messages":
+    "X40$; E; Y20$; E; @200; E; Z8$; E; 0.06 s; receives E<CR>E<CR>E<CR>E<CR>; 1 s; Y 20 pulses at 400; "
+    "Z 8 pulses at 200; at 40 20 8",
+    # `>1` takes a second of calculation, during which all of it is received
+    "Report-back: a request is answered even if it was in the buffer before the waiting message was read":
+    ">1; 0.05 s; X40$; Y20$; @200; Z8$; E; until X moving; 0.02 s; receives E<CR>; X moving",
+    "Lockout: `[` waits behind a held move, and the `]` that was sent after it is executed after it":
+    "X40$; Y20$; [; ]; Z8$; 1 s; E: C; at 40 20 8",
+    'Run mode: "send the cancel code": it discards all waiting messages, but not the answer being sent':
+    "X40$; Y20$; @200; Z8$; E; #; Z3$; 1 s; receives E<CR>; X between 1 39; Y at 0; Z at 3",
+    'Report-back: a request is answered "at any time", whatever messages wait before it':
+    "X40$; Y20$; @200; Z8$; {K|I|O|E|F}: {3|200|0|E|0}; X moving; 1 s; at 40 20 8; F: 0",
+})  # fmt: skip
 def test_requests_between_waiting_messages(bench, if1, script):
     play(bench, if1, script)
 

@@ -54,81 +54,79 @@ END
 """
 
 
-@scripts(
-    {
-        # Dwell
-        '9.2: "First send the new dwell value and issue "CI" which initializes the new dwell value the next time '
-        'the "zero" point, end of base plus dwell or aw[0], is passed": the dwell is still 2000 in this cycle, '
-        "100 in the next":
-        f"{cam()}; turn 3000; D=100 CI; turn 9999 10000 18000 18100 19100: 500 500 1000 1000 1250; CX is 1",
-        '9.3: "crosses the zero-point boundary (between 0 and BASE plus dwell) in either direction"':
-        f"{cam()}; turn 3000; D=100 CI; turn 0 -100 -1100 -8100 -8200 -9200: 0 0 250 -500 -500 -250",
-        "9.2: in cam modulo a new dwell is used from the next zero point too":
-        f"{cam('F=128')}; turn 3000; D=100 CI; turn 9999; RCTR -> 9999; turn 18099; RCTR RP -> 8099 500; "
-        "turn 18100; RCTR RP -> 0 0",
-        '9.1: "Dwell can be set to zero"':
-        f"{cam()}; turn 3000; D=0 CI; turn 10000 18000 19000: 500 1000 1250; D=50 CI; "
-        "turn 26000 34000 34050 35050: 1500 2000 2000 2250",
-        # BASE, SIZE, MCn
-        '9.5: "Send the new values of BASE and/or SIZE ... followed by the MCn and CI command"':
-        f"{cam()}; turn 3000; BASE=4000 MC CI; "
-        "turn 8000 10000 10500 13000 14000 16000 16500: 500 500 750 1500 1000 1000 1250",
-        'Option cam_multiplier="table": CI puts MC2 in force as twice the distance':
-        f"with cam_multiplier=table; {cam()}; turn 3000; MC2 CI; "
-        "turn 8000 10000 11000 16000 18000 20000 21000: 500 500 1000 2500 1500 1500 2000",
-        'Example 5: "BASE=1 will have no effect until next MCn command"; G uses the BASE that MC2 has taken':
-        "MF4 aw[0] 0 10 20 30 40 50 60 70 80 90 100. F=144 BASE=10000 SIZE=10 D=0 MC2 BASE=1 G; "
-        "turn 500 2500 4999 5000 7500: 10 50 99 100 150",
-        # What invalidates a CI
-        "9.5: only D, BASE, SIZE, MCn and changes of the bits 16 and 128 of F invalidate CI":
-        [f"{cam()}; turn 3000; D=100 CI {words} -> *; turn 10000 18000 18100 19100: 500 1000 1000 1250"
-         for words in (
-             "F=16 ", "F=24 ", "F=17 ", "V=5 A=7 P=3 E=900 ", "aw[20]=5 ", "RP x=CX RCTR ", "CI ",
-         )],
-        '9.5: "A new MCn and CI command must be issued"':
-        f"{cam()}; turn 3000; BASE=4000 MC CI D=0; turn 7000; MC CI; turn 10000 10500 14000 14500: 500 750 1000 1250",
-        "CI has effect at one crossing only: a later D needs another CI":
-        f"{cam()}; turn 3000; D=100 CI; turn 10001; D=700; turn 18100 19100 26200 27200: 1000 1250 1500 1750",
-        # F=16 and F=128 on the fly
-        '9.5: "will not take effect in cam mode, even though the change has been made in F, until the CI command '
-        'is issued and there is a zero-point crossing"':
-        f"{cam()}; turn 3000; F=144; turn 11000; RCTR RP -> 11000 750; CI; turn 25000; turn 30500; "
-        "RCTR RP -> 500 125; at 1625",
-        '9.4: without F=16 "absolute positioning would take immediate effect"; with CI at the zero point (9.5)':
-        f"{cam()}; turn 3000; F=0 MC CI; turn 9000 10000 11000 16000 17000 18000 19000: 500 0 250 1000 750 0 250",
-        "f 128 withdrawn lets the counter go on":
-        f"{cam('F=144')}; turn 3000; F=16; turn 10500; RCTR -> 500; CI; turn 40500; CTR > 10000; at 2125",
-        # The programs
-        "9.5, example 4: MC2 halves BASE and D: 2000 and 100 take 1050 counts, 10000 take 5000, 107525 take "
-        "53762.5":
-        f"A low; B low; load {EXAMPLE_4}; MF4 SIZE=10 aw[0] 0 100 200 300 400 500 600 700 800 900 1000. RUN; 0.1 s; "
-        "RMODE RBs -> C 0; "
-        "turn 500 1000 1049 1050 3550 6050 59812 59813 62313 by 100: 500 1000 1000 1000 1500 2000 2000 2000 2500",
-        # 9.3: a dwell that changes only at the boundary prevents abrupt moves
-        "9.2, 9.3: without CI the dwell stays, and CI takes nothing that has not been changed":
-        [f"{cam()}; turn 3000; {words}; {OLD}" for words in ("D=100", "CI")],
-        "9.3: if the boundary is never crossed the dwell never changes":
-        f"{cam()}; turn 3000; D=0 CI; turn 9999 1 8000 5000 9998 1000: 500 0 500 500 500 250",
-        "9.5: SIZE=4 MC CI: the first four intervals extend over all of BASE; the last position is aw[4]=0":
-        f"{cam()}; turn 3000; SIZE=4 MC CI; turn 10000 12000 14000 18000 20000 22000: 500 750 1000 500 500 750",
-        "9.5: from the next zero point MC2 passes BASE in 4000 counts and D in 1000":
-        f"{cam()}; turn 3000; MC2 CI; turn 8000 10000 11000 14000 15000 15500: 500 500 1000 1000 1000 1250",
-        "9.5: neither the BASE sent before CI nor the D sent after CI takes effect":
-        f"{cam()}; turn 3000; BASE=4000 MC CI D=0; {OLD}",
-        "After a second crossing, backwards, the new dwell stays and no other parameter changes":
-        f"{cam()}; turn 3000; D=100 CI; turn 10500 10000 9900 8900: 625 500 500 750",
-        '9.5: "The MCn command causes the buffered cam interval length BASE/SIZE to be calculated"':
-        [f"{cam()}; turn 3000; {words}; {OLD}"
-         for words in ("BASE=4000", "BASE=4000 CI", "SIZE=4 CI", "BASE=4000 MC", "MC2", "MC8 D=1")],
-        '9.5: "The issuance of any of the commands D, BASE, SIZE, MCn, or changing F=16 or 128, after the CI command, '
-        'but before the next zero point crossing occurs, will invalidate the CI command"':
-        [f"{cam()}; turn 3000; D=100 CI; turn 5000; {words}; {OLD}"
-         for words in (
-             "D=300", "D=100", "BASE=4000", "BASE=8000", "SIZE=8", "MC", "MC2", "F=144", "F=128", "F=0", "F=144 F=16",
-             "F=0 F=16",
-         )],
-    }
-)  # fmt: skip
+@scripts({
+    # Dwell
+    '9.2: "First send the new dwell value and issue "CI" which initializes the new dwell value the next time '
+    'the "zero" point, end of base plus dwell or aw[0], is passed": the dwell is still 2000 in this cycle, '
+    "100 in the next":
+    f"{cam()}; turn 3000; D=100 CI; turn 9999 10000 18000 18100 19100: 500 500 1000 1000 1250; CX is 1",
+    '9.3: "crosses the zero-point boundary (between 0 and BASE plus dwell) in either direction"':
+    f"{cam()}; turn 3000; D=100 CI; turn 0 -100 -1100 -8100 -8200 -9200: 0 0 250 -500 -500 -250",
+    "9.2: in cam modulo a new dwell is used from the next zero point too":
+    f"{cam('F=128')}; turn 3000; D=100 CI; turn 9999; RCTR -> 9999; turn 18099; RCTR RP -> 8099 500; "
+    "turn 18100; RCTR RP -> 0 0",
+    '9.1: "Dwell can be set to zero"':
+    f"{cam()}; turn 3000; D=0 CI; turn 10000 18000 19000: 500 1000 1250; D=50 CI; "
+    "turn 26000 34000 34050 35050: 1500 2000 2000 2250",
+    # BASE, SIZE, MCn
+    '9.5: "Send the new values of BASE and/or SIZE ... followed by the MCn and CI command"':
+    f"{cam()}; turn 3000; BASE=4000 MC CI; "
+    "turn 8000 10000 10500 13000 14000 16000 16500: 500 500 750 1500 1000 1000 1250",
+    'Option cam_multiplier="table": CI puts MC2 in force as twice the distance':
+    f"with cam_multiplier=table; {cam()}; turn 3000; MC2 CI; "
+    "turn 8000 10000 11000 16000 18000 20000 21000: 500 500 1000 2500 1500 1500 2000",
+    'Example 5: "BASE=1 will have no effect until next MCn command"; G uses the BASE that MC2 has taken':
+    "MF4 aw[0] 0 10 20 30 40 50 60 70 80 90 100. F=144 BASE=10000 SIZE=10 D=0 MC2 BASE=1 G; "
+    "turn 500 2500 4999 5000 7500: 10 50 99 100 150",
+    # What invalidates a CI
+    "9.5: only D, BASE, SIZE, MCn and changes of the bits 16 and 128 of F invalidate CI":
+    [f"{cam()}; turn 3000; D=100 CI {words} -> *; turn 10000 18000 18100 19100: 500 1000 1000 1250"
+     for words in (
+         "F=16 ", "F=24 ", "F=17 ", "V=5 A=7 P=3 E=900 ", "aw[20]=5 ", "RP x=CX RCTR ", "CI ",
+     )],
+    '9.5: "A new MCn and CI command must be issued"':
+    f"{cam()}; turn 3000; BASE=4000 MC CI D=0; turn 7000; MC CI; turn 10000 10500 14000 14500: 500 750 1000 1250",
+    "CI has effect at one crossing only: a later D needs another CI":
+    f"{cam()}; turn 3000; D=100 CI; turn 10001; D=700; turn 18100 19100 26200 27200: 1000 1250 1500 1750",
+    # F=16 and F=128 on the fly
+    '9.5: "will not take effect in cam mode, even though the change has been made in F, until the CI command '
+    'is issued and there is a zero-point crossing"':
+    f"{cam()}; turn 3000; F=144; turn 11000; RCTR RP -> 11000 750; CI; turn 25000; turn 30500; "
+    "RCTR RP -> 500 125; at 1625",
+    '9.4: without F=16 "absolute positioning would take immediate effect"; with CI at the zero point (9.5)':
+    f"{cam()}; turn 3000; F=0 MC CI; turn 9000 10000 11000 16000 17000 18000 19000: 500 0 250 1000 750 0 250",
+    "f 128 withdrawn lets the counter go on":
+    f"{cam('F=144')}; turn 3000; F=16; turn 10500; RCTR -> 500; CI; turn 40500; CTR > 10000; at 2125",
+    # The programs
+    "9.5, example 4: MC2 halves BASE and D: 2000 and 100 take 1050 counts, 10000 take 5000, 107525 take "
+    "53762.5":
+    f"A low; B low; load {EXAMPLE_4}; MF4 SIZE=10 aw[0] 0 100 200 300 400 500 600 700 800 900 1000. RUN; 0.1 s; "
+    "RMODE RBs -> C 0; "
+    "turn 500 1000 1049 1050 3550 6050 59812 59813 62313 by 100: 500 1000 1000 1000 1500 2000 2000 2000 2500",
+    # 9.3: a dwell that changes only at the boundary prevents abrupt moves
+    "9.2, 9.3: without CI the dwell stays, and CI takes nothing that has not been changed":
+    [f"{cam()}; turn 3000; {words}; {OLD}" for words in ("D=100", "CI")],
+    "9.3: if the boundary is never crossed the dwell never changes":
+    f"{cam()}; turn 3000; D=0 CI; turn 9999 1 8000 5000 9998 1000: 500 0 500 500 500 250",
+    "9.5: SIZE=4 MC CI: the first four intervals extend over all of BASE; the last position is aw[4]=0":
+    f"{cam()}; turn 3000; SIZE=4 MC CI; turn 10000 12000 14000 18000 20000 22000: 500 750 1000 500 500 750",
+    "9.5: from the next zero point MC2 passes BASE in 4000 counts and D in 1000":
+    f"{cam()}; turn 3000; MC2 CI; turn 8000 10000 11000 14000 15000 15500: 500 500 1000 1000 1000 1250",
+    "9.5: neither the BASE sent before CI nor the D sent after CI takes effect":
+    f"{cam()}; turn 3000; BASE=4000 MC CI D=0; {OLD}",
+    "After a second crossing, backwards, the new dwell stays and no other parameter changes":
+    f"{cam()}; turn 3000; D=100 CI; turn 10500 10000 9900 8900: 625 500 500 750",
+    '9.5: "The MCn command causes the buffered cam interval length BASE/SIZE to be calculated"':
+    [f"{cam()}; turn 3000; {words}; {OLD}"
+     for words in ("BASE=4000", "BASE=4000 CI", "SIZE=4 CI", "BASE=4000 MC", "MC2", "MC8 D=1")],
+    '9.5: "The issuance of any of the commands D, BASE, SIZE, MCn, or changing F=16 or 128, after the CI command, '
+    'but before the next zero point crossing occurs, will invalidate the CI command"':
+    [f"{cam()}; turn 3000; D=100 CI; turn 5000; {words}; {OLD}"
+     for words in (
+         "D=300", "D=100", "BASE=4000", "BASE=8000", "SIZE=8", "MC", "MC2", "F=144", "F=128", "F=0", "F=144 F=16",
+         "F=0 F=16",
+     )],
+})  # fmt: skip
 def test_cam_on_the_fly(script):
     play(script)
 

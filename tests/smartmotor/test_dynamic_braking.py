@@ -46,15 +46,13 @@ def stopped_by(name: str, command: str, torque: int = 400) -> tuple[int, int]:
     return stop(bench, motor)
 
 
-@scripts(
-    {
-        "5.2: the commands for MTB work in a program too":
-        "with frame23; load MT / T=300 / WAIT=2000 / MTB / WAIT=1000 / PRINT(@V,#13) / RMODE / END; "
-        "RUN -> 0 B in 1.0 s; still",
-        "2.0 item 2: MTB is the mode at power-up":
-        "with frame23; MT T=400; 1.0 s; moving; power off; 0.01 s; power on; 0.3 s; RMODE RBo -> B 1; 1 s; still",
-    }
-)  # fmt: skip
+@scripts({
+    "5.2: the commands for MTB work in a program too":
+    "with frame23; load MT / T=300 / WAIT=2000 / MTB / WAIT=1000 / PRINT(@V,#13) / RMODE / END; "
+    "RUN -> 0 B in 1.0 s; still",
+    "2.0 item 2: MTB is the mode at power-up":
+    "with frame23; MT T=400; 1.0 s; moving; power off; 0.01 s; power on; 0.3 s; RMODE RBo -> B 1; 1 s; still",
+})  # fmt: skip
 def test_dynamic_braking(script):
     play(script)
 

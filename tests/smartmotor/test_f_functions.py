@@ -20,68 +20,66 @@ def motor(bench: Bench) -> Controller:
     return wired(bench)
 
 
-@scripts(
-    {
-        '7.0: "Upon power up F=0 is the default state", and again after a power cut':
-        "wired; F is 0; F=255; power off; 0.1 s; power on; clear; F is 0",
-        "7.0: F is the sum of the functions' values, e.g. F=33 (4.3), F=144 (9.5), F&191 (7.1)":
-        [f"wired; F={value}; F is {value}; F=F&191; F is {value & 191}; RBs -> 0"
-         for value in (0, 1, 2, 4, 8, 16, 32, 33, 35, 64, 96, 128, 144, 191, 255)],
-        "13 of the base language: F without an equal sign puts the tuning in force and leaves the functions "
-        "unchanged":
-        "wired; F=35 KP=100 F; F is 35",
-        # Bit 0: deceleration to a stop
-        '7.1, F=1: "Bo will equal 0"':
-        f"wired; F=1 {CRUISE}; 50 samples; C high; 5 samples; RBo RBr RBp -> 0 1 1",
-        '4.2, F=1: "With MTB disabled the motor will decelerate to a stop and hold position"':
-        f"wired; BRKRLS OFF F=1 {CRUISE}; 50 samples; C high; 30 samples; RBt RBo -> 0 0; mark; push 30; "
-        "30 samples; moved 0",
-        "7.1: positions 55, 65, …, 105 pass the soft limit 100; with F=1 the stop takes 9+8+…+1 = 45 counts more":
-        [f"wired; F={functions} SLP=100 SLN=-100 SLE {CRUISE}; 100 samples; at {end}; RBr RBl -> 1 0"
-         for functions, end in ((0, 105), (1, 150))],
-        # Bit 1: the direction of the shaft
-        '7.1, F=2: "will take effect at the moment the second bit of F is set"':
-        f"wired; {CRUISE}; 50 samples; F=2; 20 steps of -10; F=34; 5 steps of -10; F=32; 20 steps of 10",
-        '7.1, F=2: "in the opposite direction for any given mode"; positions are reported as commanded':
-        "wired; F=2 A=65536 V=65536*10 P=300 G; 100 samples; at -300; RP RPE -> 300 0; D=-500 G; 100 samples; "
-        "at 200",
-        # Bit 2: channel 1
-        '7.1, F=4: "Directs user program prints and report command to channel 1"':
-        f"wired; {OPEN}; "
-        'load PRINT("a",#13) / RP / F=4 / PRINT("b",#13) / RP / RUA / F=0 / PRINT("c",#13) / RF=1 / END; '
-        "RUN -> a 0 c in 0.3 s; 485 receives b<CR>0<CR>1<CR>",
-        "7.1, F=4: only a *program's* output goes to channel 1; a host receives answers on its own channel (6.2)":
-        f"wired; {OPEN} F=4; RP -> 0; 485 writes RP<CR>; 0.1 s; 485 receives 0<CR>",
-        # Bit 0: deceleration to a stop
-        '7.1, F=1: "Upon a software or hard limit, the motor decelerates to a stop", here in 9+8+…+1 counts':
-        [f"wired; F={functions} {CRUISE}; 50 samples; C high; steps 10 9 8 7 6 5 4 3 2 1 0; 9 steps of 0"
-         for functions in (1, 33)],
-        '4.2, F=1: "With MTB enabled, the motor will decelerate to a stop and then switch to MTB"':
-        f"wired; F=1 {CRUISE}; 50 samples; C high; 5 samples; RMODE -> V; 10 samples; RMODE RBt -> B 0",
-        '3.2: "at the acceleration value set by "A"": A of two counts per sample² gives 8+6+4+2 counts':
-        f"wired; F=1 {CRUISE}; 50 samples; A=65536*2; C high; steps 10 8 6 4 2 0 0",
-        "7.1, F=0: at a limit an ideal shaft stops at once, Bo is 1, and MTB is active":
-        f"wired; F=1 F=0 {CRUISE}; 50 samples; C high; steps 10 0; 8 steps of 0; RBo RMODE -> 1 B",
-        # Bit 1: the direction of the shaft
-        "7.1, F=2: with the same movement of the master, the shaft turns in the opposite direction":
-        [f"wired; F={functions} A=65536 V=65536*50 {mode}; 0.01 s; master 400 in 0.5 s; 1 s; at {way * counts}"
-         for mode, counts in (("MF4", 400), ("MS", 400), ("MFMUL=2 MFDIV=1 MFR G", 800))
-         for functions, way in ((0, 1), (2, -1))],
-        # F=16 and F=128
-        "7.1, F=16; 9.3: a cycle of 1000 counts and 200 of dwell moves by 400; 2500 counts are 2 cycles and 100":
-        [f"MF4 F=16 {CAM} O=0 MC G; 0.01 s; master {counts} in 1 s; 1.1 s; at {place}; RP RCTR -> {place} {counts}"
-         for counts, place in ((500, 200), (1000, 400), (1100, 400), (1700, 600), (2500, 840))],
-        '7.1, F=128: "set to zero at modulo "BASE" plus dwell "D""; 1700 is a cycle and 500, where the table is 200':
-        f"MF4 F=128 {CAM} O=0 MC G; 0.01 s; master 1700 in 1 s; 1.1 s; RP RCTR -> 200 500",
-        # Together, and nonsense
-        '7.0: "F=35 activates F=1, F=2, and F=32 functions"':
-        f"wired; load F=35 / {CRUISE} / WHILE 1 / LOOP / END / C1 / i=i+1 / RETURNF; RUN; 60 samples; 3 steps of -10; "
-        "C high; D high; steps -10 -9 -8 -7 -6 -5 -4 -3 -2 -1 0; i > 0",
-        "7 and 8.1: F= without a valid expression sets a flag and returns nothing":
-        [f"wired; F=9 ZS; {text}; a=Bs|Bd Ra -> 1; F is {0 if text == 'F=x y' else 9}"
-         for text in ("F=", "F=1.5", "F=(1", "F=x y", "F35", "F=2147483648", "F==1", "F=F/0")],
-    }
-)  # fmt: skip
+@scripts({
+    '7.0: "Upon power up F=0 is the default state", and again after a power cut':
+    "wired; F is 0; F=255; power off; 0.1 s; power on; clear; F is 0",
+    "7.0: F is the sum of the functions' values, e.g. F=33 (4.3), F=144 (9.5), F&191 (7.1)":
+    [f"wired; F={value}; F is {value}; F=F&191; F is {value & 191}; RBs -> 0"
+     for value in (0, 1, 2, 4, 8, 16, 32, 33, 35, 64, 96, 128, 144, 191, 255)],
+    "13 of the base language: F without an equal sign puts the tuning in force and leaves the functions "
+    "unchanged":
+    "wired; F=35 KP=100 F; F is 35",
+    # Bit 0: deceleration to a stop
+    '7.1, F=1: "Bo will equal 0"':
+    f"wired; F=1 {CRUISE}; 50 samples; C high; 5 samples; RBo RBr RBp -> 0 1 1",
+    '4.2, F=1: "With MTB disabled the motor will decelerate to a stop and hold position"':
+    f"wired; BRKRLS OFF F=1 {CRUISE}; 50 samples; C high; 30 samples; RBt RBo -> 0 0; mark; push 30; "
+    "30 samples; moved 0",
+    "7.1: positions 55, 65, …, 105 pass the soft limit 100; with F=1 the stop takes 9+8+…+1 = 45 counts more":
+    [f"wired; F={functions} SLP=100 SLN=-100 SLE {CRUISE}; 100 samples; at {end}; RBr RBl -> 1 0"
+     for functions, end in ((0, 105), (1, 150))],
+    # Bit 1: the direction of the shaft
+    '7.1, F=2: "will take effect at the moment the second bit of F is set"':
+    f"wired; {CRUISE}; 50 samples; F=2; 20 steps of -10; F=34; 5 steps of -10; F=32; 20 steps of 10",
+    '7.1, F=2: "in the opposite direction for any given mode"; positions are reported as commanded':
+    "wired; F=2 A=65536 V=65536*10 P=300 G; 100 samples; at -300; RP RPE -> 300 0; D=-500 G; 100 samples; "
+    "at 200",
+    # Bit 2: channel 1
+    '7.1, F=4: "Directs user program prints and report command to channel 1"':
+    f"wired; {OPEN}; "
+    'load PRINT("a",#13) / RP / F=4 / PRINT("b",#13) / RP / RUA / F=0 / PRINT("c",#13) / RF=1 / END; '
+    "RUN -> a 0 c in 0.3 s; 485 receives b<CR>0<CR>1<CR>",
+    "7.1, F=4: only a *program's* output goes to channel 1; a host receives answers on its own channel (6.2)":
+    f"wired; {OPEN} F=4; RP -> 0; 485 writes RP<CR>; 0.1 s; 485 receives 0<CR>",
+    # Bit 0: deceleration to a stop
+    '7.1, F=1: "Upon a software or hard limit, the motor decelerates to a stop", here in 9+8+…+1 counts':
+    [f"wired; F={functions} {CRUISE}; 50 samples; C high; steps 10 9 8 7 6 5 4 3 2 1 0; 9 steps of 0"
+     for functions in (1, 33)],
+    '4.2, F=1: "With MTB enabled, the motor will decelerate to a stop and then switch to MTB"':
+    f"wired; F=1 {CRUISE}; 50 samples; C high; 5 samples; RMODE -> V; 10 samples; RMODE RBt -> B 0",
+    '3.2: "at the acceleration value set by "A"": A of two counts per sample² gives 8+6+4+2 counts':
+    f"wired; F=1 {CRUISE}; 50 samples; A=65536*2; C high; steps 10 8 6 4 2 0 0",
+    "7.1, F=0: at a limit an ideal shaft stops at once, Bo is 1, and MTB is active":
+    f"wired; F=1 F=0 {CRUISE}; 50 samples; C high; steps 10 0; 8 steps of 0; RBo RMODE -> 1 B",
+    # Bit 1: the direction of the shaft
+    "7.1, F=2: with the same movement of the master, the shaft turns in the opposite direction":
+    [f"wired; F={functions} A=65536 V=65536*50 {mode}; 0.01 s; master 400 in 0.5 s; 1 s; at {way * counts}"
+     for mode, counts in (("MF4", 400), ("MS", 400), ("MFMUL=2 MFDIV=1 MFR G", 800))
+     for functions, way in ((0, 1), (2, -1))],
+    # F=16 and F=128
+    "7.1, F=16; 9.3: a cycle of 1000 counts and 200 of dwell moves by 400; 2500 counts are 2 cycles and 100":
+    [f"MF4 F=16 {CAM} O=0 MC G; 0.01 s; master {counts} in 1 s; 1.1 s; at {place}; RP RCTR -> {place} {counts}"
+     for counts, place in ((500, 200), (1000, 400), (1100, 400), (1700, 600), (2500, 840))],
+    '7.1, F=128: "set to zero at modulo "BASE" plus dwell "D""; 1700 is a cycle and 500, where the table is 200':
+    f"MF4 F=128 {CAM} O=0 MC G; 0.01 s; master 1700 in 1 s; 1.1 s; RP RCTR -> 200 500",
+    # Together, and nonsense
+    '7.0: "F=35 activates F=1, F=2, and F=32 functions"':
+    f"wired; load F=35 / {CRUISE} / WHILE 1 / LOOP / END / C1 / i=i+1 / RETURNF; RUN; 60 samples; 3 steps of -10; "
+    "C high; D high; steps -10 -9 -8 -7 -6 -5 -4 -3 -2 -1 0; i > 0",
+    "7 and 8.1: F= without a valid expression sets a flag and returns nothing":
+    [f"wired; F=9 ZS; {text}; a=Bs|Bd Ra -> 1; F is {0 if text == 'F=x y' else 9}"
+     for text in ("F=", "F=1.5", "F=(1", "F=x y", "F35", "F=2147483648", "F==1", "F=F/0")],
+})  # fmt: skip
 def test_f_functions(script):
     play(script)
 

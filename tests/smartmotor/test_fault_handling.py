@@ -26,53 +26,51 @@ ERROR = "jam; 110 samples; free", BE, BE, "Ze"
 """What causes a fault, its flags, those that are latched, and the command that clears them."""
 
 
-@scripts(
-    {
-        "Reference 13: a fault needs |e| > E; E is 1000 at power-up":
-        [f"jam; A={UNIT} V={UNIT} P={target} G; 0.5 s; W {BO + BE if trips else 0}; "
-         f"RPE -> {0 if trips else target}"
-         for target, trips in ((1000, False), (1001, True), (-1000, False), (-1001, True))],
-        "E= takes effect at once: an error of E counts is allowed, one more is a fault":
-        [f"E={error}; jam; A={UNIT} V={100 * UNIT} P={error} G; 0.5 s; W; P={error + 1} G; 0.1 s; W eo"
-         for error in (0, 1, 10, 32000)],
-        "With the servo off the motor counts the shaft's position; there is no commanded position, so no error "
-        "results":
-        "push 50000; 3 samples; RP RPE -> 50000 0; W o; G; W t",
-        'Table 4.2, F=0: "the motor turns off servo amplifier"':
-        f"wired; F=1 F=0 {MOVE}; 0.1 s; C released; 3 samples; 5 steps of 0; W rop",
-        "Up to E=1000 counts the servo returns the shaft; beyond E the shaft stays there with a position error":
-        [f"with frame23; G; 0.1 s; push {by}; 1.0 s; RP -> {by if trips else 0}; RBe -> {int(trips)}"
-         for by, trips in ((1000, False), (1001, True), (-1000, False), (-1001, True), (5000, True))],
-        '4.1 item 3: the brake signal is "external and/or internal"; 5.1: 5 V means engaged, 0 V released':
-        [f"wired; {setup} {MOVE}; {signal} is low; C released; 3 samples; {signal} is high; Zr V=-{UNIT} G; "
-         f"{signal} is low"
-         for signal, setup in (("G", "UGO BRKG"), ("brake", "BRKI"), ("brake", "UGO BRKG"))],
-        "4.1 items 1 to 3: the servo amplifier goes off, both brakes act, and table 4.1's bit is set and latched":
-        [f"wired; {MOVE}; 0.1 s; {cause}; W {BO + bits}; RMODE -> B; brake is high; 10 steps of 0; C low; 3 samples; "
-         f"W {BO + latched}; {clear}; W o"
-         for cause, bits, latched, clear in (LIMIT, ERROR)],
-        '4.1 note: "no action occurs when these commands are received. The fault has to be cleared before"':
-        [f"wired; {MOVE}; 0.1 s; {cause}; C low; 3 samples; mark; master 3000 in 0.01 s; G high; {command}; 0.1 s; "
-         f"moved 0; W {BO + latched}; RMODE -> B; {clear} MV G; 0.1 s; W t; 10 steps of 10"
-         for cause, _, latched, clear in (LIMIT, ERROR)
-         for command in (
-             "G", "MT", "MF1", "MF2", "MF4", "MS", "S", "X", "MP P=0 G", "G low", "T=900", "MV MP MV G",
-         )],
-        '4.2: "reset by ZS or clear the fault bits individually by Zr, Zl, Ze, and Zh"':
-        [f"wired; {MOVE}; 0.1 s; {fault[0]}; C low; 3 samples; {clear}; W {BO + left}"
-         for fault, clear, left in (
-             (LIMIT, "ZS", 0), (LIMIT, "Zr", 0), (LIMIT, "Zl", BR), (LIMIT, "Ze Zh Zs", BR), (ERROR, "ZS", 0),
-             (ERROR, "Ze", 0), (ERROR, "Zr Zl Zh", BE), (ERROR, "G", BE),
-         )],
-        'Table 4.2: the motor stops at "A" in 9+8+…+1 = 45 counts, then MTB; with MTB disabled (BRKRLS, OFF) it holds':
-        [f"wired; {disable}F={f} {MOVE}; 0.1 s; C released; steps 10 9 8 7 6 5 4 3 2 1 0; 20 steps of 0; "
-         f"W {flags}; brake is {brake}; RMODE -> {letter}"
-         for f in (1, 33)
-         for disable, flags, brake, letter in (("", "rop", "high", "B"), ("BRKRLS OFF ", "rp", "low", "V"))],
-        "Without power the load turns the shaft; at power-up the counts begin at 0":
-        "with frame23; power off; torque 0.1; 0.2 s; at > 10; torque 0; 1 s; power on; 0.5 s; RP -> 0",
-    }
-)  # fmt: skip
+@scripts({
+    "Reference 13: a fault needs |e| > E; E is 1000 at power-up":
+    [f"jam; A={UNIT} V={UNIT} P={target} G; 0.5 s; W {BO + BE if trips else 0}; "
+     f"RPE -> {0 if trips else target}"
+     for target, trips in ((1000, False), (1001, True), (-1000, False), (-1001, True))],
+    "E= takes effect at once: an error of E counts is allowed, one more is a fault":
+    [f"E={error}; jam; A={UNIT} V={100 * UNIT} P={error} G; 0.5 s; W; P={error + 1} G; 0.1 s; W eo"
+     for error in (0, 1, 10, 32000)],
+    "With the servo off the motor counts the shaft's position; there is no commanded position, so no error "
+    "results":
+    "push 50000; 3 samples; RP RPE -> 50000 0; W o; G; W t",
+    'Table 4.2, F=0: "the motor turns off servo amplifier"':
+    f"wired; F=1 F=0 {MOVE}; 0.1 s; C released; 3 samples; 5 steps of 0; W rop",
+    "Up to E=1000 counts the servo returns the shaft; beyond E the shaft stays there with a position error":
+    [f"with frame23; G; 0.1 s; push {by}; 1.0 s; RP -> {by if trips else 0}; RBe -> {int(trips)}"
+     for by, trips in ((1000, False), (1001, True), (-1000, False), (-1001, True), (5000, True))],
+    '4.1 item 3: the brake signal is "external and/or internal"; 5.1: 5 V means engaged, 0 V released':
+    [f"wired; {setup} {MOVE}; {signal} is low; C released; 3 samples; {signal} is high; Zr V=-{UNIT} G; "
+     f"{signal} is low"
+     for signal, setup in (("G", "UGO BRKG"), ("brake", "BRKI"), ("brake", "UGO BRKG"))],
+    "4.1 items 1 to 3: the servo amplifier goes off, both brakes act, and table 4.1's bit is set and latched":
+    [f"wired; {MOVE}; 0.1 s; {cause}; W {BO + bits}; RMODE -> B; brake is high; 10 steps of 0; C low; 3 samples; "
+     f"W {BO + latched}; {clear}; W o"
+     for cause, bits, latched, clear in (LIMIT, ERROR)],
+    '4.1 note: "no action occurs when these commands are received. The fault has to be cleared before"':
+    [f"wired; {MOVE}; 0.1 s; {cause}; C low; 3 samples; mark; master 3000 in 0.01 s; G high; {command}; 0.1 s; "
+     f"moved 0; W {BO + latched}; RMODE -> B; {clear} MV G; 0.1 s; W t; 10 steps of 10"
+     for cause, _, latched, clear in (LIMIT, ERROR)
+     for command in (
+         "G", "MT", "MF1", "MF2", "MF4", "MS", "S", "X", "MP P=0 G", "G low", "T=900", "MV MP MV G",
+     )],
+    '4.2: "reset by ZS or clear the fault bits individually by Zr, Zl, Ze, and Zh"':
+    [f"wired; {MOVE}; 0.1 s; {fault[0]}; C low; 3 samples; {clear}; W {BO + left}"
+     for fault, clear, left in (
+         (LIMIT, "ZS", 0), (LIMIT, "Zr", 0), (LIMIT, "Zl", BR), (LIMIT, "Ze Zh Zs", BR), (ERROR, "ZS", 0),
+         (ERROR, "Ze", 0), (ERROR, "Zr Zl Zh", BE), (ERROR, "G", BE),
+     )],
+    'Table 4.2: the motor stops at "A" in 9+8+…+1 = 45 counts, then MTB; with MTB disabled (BRKRLS, OFF) it holds':
+    [f"wired; {disable}F={f} {MOVE}; 0.1 s; C released; steps 10 9 8 7 6 5 4 3 2 1 0; 20 steps of 0; "
+     f"W {flags}; brake is {brake}; RMODE -> {letter}"
+     for f in (1, 33)
+     for disable, flags, brake, letter in (("", "rop", "high", "B"), ("BRKRLS OFF ", "rp", "low", "V"))],
+    "Without power the load turns the shaft; at power-up the counts begin at 0":
+    "with frame23; power off; torque 0.1; 0.2 s; at > 10; torque 0; 1 s; power on; 0.5 s; RP -> 0",
+})  # fmt: skip
 def test_fault_handling(script):
     play(script)
 

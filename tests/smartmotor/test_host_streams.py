@@ -23,27 +23,25 @@ def records_of(segments, omit):
     return words + clock(at) + clock(at), stations
 
 
-@scripts(
-    {
-        "10.2, relative distance: G makes the exit's own move, and another G repeats it":
-        f"O=0 MP A=65536000 V=65536000 D=50 MD; {points((0, 0), (100, 100))}{clock(100)}; G; 102 samples; at 150; "
-        "G; 3 samples; at 200",
-        '7.1, F=2: "the motor shaft will physically spin in the opposite direction for any given mode"':
-        f"F=2 O=0 MV V=65536 A=100 MD; {points((0, 0), (100, 100))}{clock(100)}; G; positions -1; 149 steps of -1; "
-        "RP RV -> 150 65536",
-        "Each host mode has its own clock and begins at its first pair":
-        f"O=0 MV V=65536 A=100 MD; {points((0, 0), (10, 10))}{clock(10)}; G; 20 samples; at 20; MD; "
-        f"{points((20, 5000), (40, 5010), (60, 5020), (70, 5030))}{clock(5030)}; G; positions 22; 19 steps of 2; "
-        "20 steps of 1",
-        "10.2: the position is ignored also when the clock before has been omitted, and when more records follow":
-        [f"O=0 MV V=0 A=65536000 MD; {records}; G; positions 1; 127 steps of 1; 72 steps of 0; RMODE RBs -> V 0"
-         for records in (
-             points((0, 0), (64, 64)) + position(128) + points((9, 128)),
-             points((0, 0), (64, 64), (128, 128), (9, 128), (500, 600)),
-             points((0, 0), (64, 64), (128, 128)) + clock(128) + points((500, 600)),
-         )],
-    }
-)  # fmt: skip
+@scripts({
+    "10.2, relative distance: G makes the exit's own move, and another G repeats it":
+    f"O=0 MP A=65536000 V=65536000 D=50 MD; {points((0, 0), (100, 100))}{clock(100)}; G; 102 samples; at 150; "
+    "G; 3 samples; at 200",
+    '7.1, F=2: "the motor shaft will physically spin in the opposite direction for any given mode"':
+    f"F=2 O=0 MV V=65536 A=100 MD; {points((0, 0), (100, 100))}{clock(100)}; G; positions -1; 149 steps of -1; "
+    "RP RV -> 150 65536",
+    "Each host mode has its own clock and begins at its first pair":
+    f"O=0 MV V=65536 A=100 MD; {points((0, 0), (10, 10))}{clock(10)}; G; 20 samples; at 20; MD; "
+    f"{points((20, 5000), (40, 5010), (60, 5020), (70, 5030))}{clock(5030)}; G; positions 22; 19 steps of 2; "
+    "20 steps of 1",
+    "10.2: the position is ignored also when the clock before has been omitted, and when more records follow":
+    [f"O=0 MV V=0 A=65536000 MD; {records}; G; positions 1; 127 steps of 1; 72 steps of 0; RMODE RBs -> V 0"
+     for records in (
+         points((0, 0), (64, 64)) + position(128) + points((9, 128)),
+         points((0, 0), (64, 64), (128, 128), (9, 128), (500, 600)),
+         points((0, 0), (64, 64), (128, 128)) + clock(128) + points((500, 600)),
+     )],
+})  # fmt: skip
 def test_host_streams(script):
     play(script)
 

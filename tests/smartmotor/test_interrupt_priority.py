@@ -98,19 +98,17 @@ RETURNI
 """
 
 
-@scripts(
-    {
-        # Both at once
-        '7.1, note: "F=F&191 (191+64=255)" as the first line of C1 inhibits C2; F=96 at the end of C1 allows C2 '
-        "again":
-        f"wired; run F=96{GUARDED}; C high; 20 samples; f=F Rf -> 32; trigger; i is 1; j is 0; 200 samples; i is 2; "
-        "j is 0; trigger; i is 2; j is 1",
-        # Commands in progress
-        '4.1: "End program execution"; the statement after the WAIT is not executed':
-        "run E=20 / A=65536 / V=65536 / MV / G / a=1 / WAIT=1000 / a=2 / END; jam; 50 samples; free; RBe -> 1; "
-        "OFF ZS; 2000 samples; a is 1",
-    }
-)  # fmt: skip
+@scripts({
+    # Both at once
+    '7.1, note: "F=F&191 (191+64=255)" as the first line of C1 inhibits C2; F=96 at the end of C1 allows C2 '
+    "again":
+    f"wired; run F=96{GUARDED}; C high; 20 samples; f=F Rf -> 32; trigger; i is 1; j is 0; 200 samples; i is 2; "
+    "j is 0; trigger; i is 2; j is 1",
+    # Commands in progress
+    '4.1: "End program execution"; the statement after the WAIT is not executed':
+    "run E=20 / A=65536 / V=65536 / MV / G / a=1 / WAIT=1000 / a=2 / END; jam; 50 samples; free; RBe -> 1; "
+    "OFF ZS; 2000 samples; a is 1",
+})  # fmt: skip
 def test_interrupt_priority(script):
     play(script)
 

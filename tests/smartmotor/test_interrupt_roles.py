@@ -11,28 +11,26 @@ from .scripts import play, scripts
 from .talking import SAMPLE_NS, advance, ready, run, send, value
 
 
-@scripts(
-    {
-        # UG, UGI, UGO, BRKG
-        '7.1, F=64 1: "GOSUB2 triggered with concurrent "Go" on input pin G high to low edge transition"':
-        f"run {main_with('RETURNI').replace('UGI', 'UG / A=65536 / V=65536 / P=100')}; G low; 300 samples; G high; "
-        "20 samples; j is 1; at 100",
-        '4.1, note: "G-synchronization function on I/O pin G is inhibited"; but F=64 "operates independently" of '
-        "it":
-        f"C low; UCP ZS; 0.01 s; run {main_with('RETURNI').replace('UGI', 'UG / A=65536 / V=65536 / P=100')}; "
-        "C high; 20 samples; G low; 300 samples; G high; 20 samples; j is 1; at 0; RBo -> 1",
-        "7.1, F=64 2: after UGI, an edge on pin G calls C2 and starts no move":
-        f"run {main_with('RETURNI').replace('UGI', 'UGI / A=65536 / V=65536 / P=100')}; G low; 300 samples; G high; "
-        "20 samples; j is 1; at 0",
-        '7.1, F=64 3: "GOSUB2 triggered on UG=0 (when Port G goes from High to Low)"':
-        f"run {main_with('RETURNI').replace('UGI', 'UG=1 / UGO')}; j is 0; UG=0; 20 samples; j is 1; UG=1; "
-        "20 samples; j is 1; UG=0; 20 samples; j is 2; UG=1; 20 samples; j is 2; UG=0; 20 samples; j is 3; UG=1; "
-        "20 samples; j is 3",
-        '5.1 note 3: with BRKG and BRKSRV, pin G rises at a fault; "If F=32 is issued, C1 will also be called"':
-        "run F=32 / UGO / BRKG / E=50 / MV / A=65536 / V=65536 / G / WHILE 1 / LOOP / END / C1 / i=i+1 / RETURNF; "
-        "G is low; jam; 200 samples; i is 1; G is high",
-    }
-)  # fmt: skip
+@scripts({
+    # UG, UGI, UGO, BRKG
+    '7.1, F=64 1: "GOSUB2 triggered with concurrent "Go" on input pin G high to low edge transition"':
+    f"run {main_with('RETURNI').replace('UGI', 'UG / A=65536 / V=65536 / P=100')}; G low; 300 samples; G high; "
+    "20 samples; j is 1; at 100",
+    '4.1, note: "G-synchronization function on I/O pin G is inhibited"; but F=64 "operates independently" of '
+    "it":
+    f"C low; UCP ZS; 0.01 s; run {main_with('RETURNI').replace('UGI', 'UG / A=65536 / V=65536 / P=100')}; "
+    "C high; 20 samples; G low; 300 samples; G high; 20 samples; j is 1; at 0; RBo -> 1",
+    "7.1, F=64 2: after UGI, an edge on pin G calls C2 and starts no move":
+    f"run {main_with('RETURNI').replace('UGI', 'UGI / A=65536 / V=65536 / P=100')}; G low; 300 samples; G high; "
+    "20 samples; j is 1; at 0",
+    '7.1, F=64 3: "GOSUB2 triggered on UG=0 (when Port G goes from High to Low)"':
+    f"run {main_with('RETURNI').replace('UGI', 'UG=1 / UGO')}; j is 0; UG=0; 20 samples; j is 1; UG=1; "
+    "20 samples; j is 1; UG=0; 20 samples; j is 2; UG=1; 20 samples; j is 2; UG=0; 20 samples; j is 3; UG=1; "
+    "20 samples; j is 3",
+    '5.1 note 3: with BRKG and BRKSRV, pin G rises at a fault; "If F=32 is issued, C1 will also be called"':
+    "run F=32 / UGO / BRKG / E=50 / MV / A=65536 / V=65536 / G / WHILE 1 / LOOP / END / C1 / i=i+1 / RETURNF; "
+    "G is low; jam; 200 samples; i is 1; G is high",
+})  # fmt: skip
 def test_interrupt_roles(script):
     play(script)
 

@@ -58,69 +58,67 @@ def started(bench: Bench, motor: Controller, count: int, command: str = "RUN") -
     return found
 
 
-@scripts(
-    {
-        # Running
-        "With option statements_per_sample=2, two statements are executed in each sample":
-        "with statements_per_sample=2; load a=1 / b=2 / c=3 / d=4 / e=5; 1 sample; watch lines; RUN; 10 samples; "
-        "lines 1@1 2@1 3@2 4@2 5@3",
-        "A line begins when it is entered from another line, even in its middle, or when it jumps back within "
-        "itself":
-        "load a=1 GOSUB5 b=2 / c=3 END / C5 d=4 RETURN; 1 sample; watch lines; RUN; 20 samples; "
-        "lines 1@1 3@3 1@5 2@6",
-        "WHILE, a=a+1, LOOP: three samples per pass":
-        "load a=0 / WHILE a<3 a=a+1 LOOP / END; 1 sample; watch lines; RUN; 20 samples; "
-        "lines 1@1 2@2 2@5 2@8 2@11 3@12",
-        "4.3: RUN? ends a program that power-up has started; RUN then starts it from the top":
-        "load a=a+1 / RUN? / b=1 / END; 1 sample; power cycle; watch lines; 0.3 s; lines 1 2; no line; "
-        "UCI UDI ZS RUN; 0.01 s; lines 1 2 1 2 3 4",
-        "Between RUN and the next sample the running line is the first line":
-        "load a=1 / b=1 / END; 1 sample; RUN; 0.01 s; 1 sample; RUN; line 1; 0.0002 s; line 1",
-        "Base 8: if no program is running, a GOSUB from the host ends at its RETURN":
-        "load a=1 / END / C5 / b=1 / RETURN; 1 sample; watch lines; GOSUB5; 10 samples; lines 4@1 5@2; no line; "
-        "Ra -> 0",
-        'F=64: WAIT is "the only motor instruction that will be truncated" by C2; the statement after it follows':
-        "wired; load UGI F=64 / WAIT=4000 / c=1 / END / C2 / b=1 / RETURNI; 1 sample; watch lines; RUN; "
-        "20 samples; line 2; G low; 10 samples; lines 1 2 6 7 3 4",
-        "An invalid statement sets Bs when reached":
-        "load a=1 / NONSENSE / b=GETCHR / END; 1 sample; watch lines; RUN; 10 samples; lines 1@1 2@2 3@3 4@4; "
-        "RBs -> 1",
-        # Lines
-        "3 and 15: comments and needless blanks are not stored; line numbers count stored lines":
-        "load ' a table<CR><LF>A=100   V=200 ' slowly<CR><LF><CR><LF>  C5<CR><LF>a=a+1<CR>GOTO5; "
-        "lists A=100 V=200 / C5 / a=a+1 / GOTO5",
-        "a program in one line has a line for each statement":
-        'load A=100 IF a==3 PRINT("two words",a) aw[0] 1 2 3. ENDIF END; '
-        'lists A=100 / IF a==3 / PRINT("two words",a) / aw[0] 1 2 3. / ENDIF / END',
-        "LOCKP prevents uploads; the listing still shows the program":
-        "load a=1 / END; LOCKP; title stored program, locked; lists a=1 / END",
-        # Running
-        "Ruling 14: the first statement is executed in the sample after RUN; LOOP and WHILE take a sample, C5 none":
-        "load a=0 / WHILE a<2 / a=a+1 / GOSUB5 / LOOP / END / C5 / b=b+1 / RETURN; 1 sample; watch lines; RUN; "
-        "20 samples; "
-        "lines 1@1 2@2 3@3 4@4 8@5 9@6 5@7 2@8 3@9 4@10 8@11 9@12 5@13 2@14 6@15; no line; b is 2",
-        "WAIT=40 is executed in sample 2, so the next statement is executed in sample 42":
-        "load a=1 / WAIT=40 / b=1 / END; 1 sample; watch lines; RUN; 3 samples; "
-        + 38 * "line 2; 1 sample; "
-        + "lines 1@1 2@2; 1 sample; line 3; lines 1@1 2@2 3@42",
-        # the move takes 30 samples, at one count per sample, and begins in the sample of G
-        "Bt becomes 0 in the sample that commands the target; the next sample executes the statement after TWAIT":
-        "load A=65536 V=65536 P=30 MP / G / TWAIT / b=1 / END; 1 sample; watch lines; RUN; 6 samples; line 3; "
-        "40 samples; "
-        "lines 1@1 2@5 3@6 4@35 5@36",
-        "Base 8: `!` holds the program in its line until the host sends a character":
-        "load a=1 / ! / b=1 / END; 1 sample; RUN; 100 samples; line 2; sends <SP>; 0.01 s; no line",
-        "host commands are no lines":
-        "load a=1 / END; 1 sample; watch lines; b=1 WAIT=3 A=100 Rb -> 1; 10 samples; lines",
-        "what ends the program ends its line":
-        [f"load a=1 / WAIT=4000 / END; 1 sample; RUN; 10 samples; line 2; {how}; no line"
-         for how in ("END", "sends LOAD<SP> -> *", "Z", "power off")],
-        "15: LOAD ends the running program; the subscriber then receives the lines of the new program":
-        "load WHILE 1 / a=a+1 / LOOP; 1 sample; RUN; 10 samples; a > 0; load b=1 / b=2 / b=3 / b=4 / END; "
-        "watch lines; RUN; "
-        "0.01 s; lines 1 2 3 4 5",
-    }
-)  # fmt: skip
+@scripts({
+    # Running
+    "With option statements_per_sample=2, two statements are executed in each sample":
+    "with statements_per_sample=2; load a=1 / b=2 / c=3 / d=4 / e=5; 1 sample; watch lines; RUN; 10 samples; "
+    "lines 1@1 2@1 3@2 4@2 5@3",
+    "A line begins when it is entered from another line, even in its middle, or when it jumps back within "
+    "itself":
+    "load a=1 GOSUB5 b=2 / c=3 END / C5 d=4 RETURN; 1 sample; watch lines; RUN; 20 samples; "
+    "lines 1@1 3@3 1@5 2@6",
+    "WHILE, a=a+1, LOOP: three samples per pass":
+    "load a=0 / WHILE a<3 a=a+1 LOOP / END; 1 sample; watch lines; RUN; 20 samples; "
+    "lines 1@1 2@2 2@5 2@8 2@11 3@12",
+    "4.3: RUN? ends a program that power-up has started; RUN then starts it from the top":
+    "load a=a+1 / RUN? / b=1 / END; 1 sample; power cycle; watch lines; 0.3 s; lines 1 2; no line; "
+    "UCI UDI ZS RUN; 0.01 s; lines 1 2 1 2 3 4",
+    "Between RUN and the next sample the running line is the first line":
+    "load a=1 / b=1 / END; 1 sample; RUN; 0.01 s; 1 sample; RUN; line 1; 0.0002 s; line 1",
+    "Base 8: if no program is running, a GOSUB from the host ends at its RETURN":
+    "load a=1 / END / C5 / b=1 / RETURN; 1 sample; watch lines; GOSUB5; 10 samples; lines 4@1 5@2; no line; "
+    "Ra -> 0",
+    'F=64: WAIT is "the only motor instruction that will be truncated" by C2; the statement after it follows':
+    "wired; load UGI F=64 / WAIT=4000 / c=1 / END / C2 / b=1 / RETURNI; 1 sample; watch lines; RUN; "
+    "20 samples; line 2; G low; 10 samples; lines 1 2 6 7 3 4",
+    "An invalid statement sets Bs when reached":
+    "load a=1 / NONSENSE / b=GETCHR / END; 1 sample; watch lines; RUN; 10 samples; lines 1@1 2@2 3@3 4@4; "
+    "RBs -> 1",
+    # Lines
+    "3 and 15: comments and needless blanks are not stored; line numbers count stored lines":
+    "load ' a table<CR><LF>A=100   V=200 ' slowly<CR><LF><CR><LF>  C5<CR><LF>a=a+1<CR>GOTO5; "
+    "lists A=100 V=200 / C5 / a=a+1 / GOTO5",
+    "a program in one line has a line for each statement":
+    'load A=100 IF a==3 PRINT("two words",a) aw[0] 1 2 3. ENDIF END; '
+    'lists A=100 / IF a==3 / PRINT("two words",a) / aw[0] 1 2 3. / ENDIF / END',
+    "LOCKP prevents uploads; the listing still shows the program":
+    "load a=1 / END; LOCKP; title stored program, locked; lists a=1 / END",
+    # Running
+    "Ruling 14: the first statement is executed in the sample after RUN; LOOP and WHILE take a sample, C5 none":
+    "load a=0 / WHILE a<2 / a=a+1 / GOSUB5 / LOOP / END / C5 / b=b+1 / RETURN; 1 sample; watch lines; RUN; "
+    "20 samples; "
+    "lines 1@1 2@2 3@3 4@4 8@5 9@6 5@7 2@8 3@9 4@10 8@11 9@12 5@13 2@14 6@15; no line; b is 2",
+    "WAIT=40 is executed in sample 2, so the next statement is executed in sample 42":
+    "load a=1 / WAIT=40 / b=1 / END; 1 sample; watch lines; RUN; 3 samples; "
+    + 38 * "line 2; 1 sample; "
+    + "lines 1@1 2@2; 1 sample; line 3; lines 1@1 2@2 3@42",
+    # the move takes 30 samples, at one count per sample, and begins in the sample of G
+    "Bt becomes 0 in the sample that commands the target; the next sample executes the statement after TWAIT":
+    "load A=65536 V=65536 P=30 MP / G / TWAIT / b=1 / END; 1 sample; watch lines; RUN; 6 samples; line 3; "
+    "40 samples; "
+    "lines 1@1 2@5 3@6 4@35 5@36",
+    "Base 8: `!` holds the program in its line until the host sends a character":
+    "load a=1 / ! / b=1 / END; 1 sample; RUN; 100 samples; line 2; sends <SP>; 0.01 s; no line",
+    "host commands are no lines":
+    "load a=1 / END; 1 sample; watch lines; b=1 WAIT=3 A=100 Rb -> 1; 10 samples; lines",
+    "what ends the program ends its line":
+    [f"load a=1 / WAIT=4000 / END; 1 sample; RUN; 10 samples; line 2; {how}; no line"
+     for how in ("END", "sends LOAD<SP> -> *", "Z", "power off")],
+    "15: LOAD ends the running program; the subscriber then receives the lines of the new program":
+    "load WHILE 1 / a=a+1 / LOOP; 1 sample; RUN; 10 samples; a > 0; load b=1 / b=2 / b=3 / b=4 / END; "
+    "watch lines; RUN; "
+    "0.01 s; lines 1 2 3 4 5",
+})  # fmt: skip
 def test_listing(script):
     play(script)
 

@@ -22,131 +22,129 @@ def cruise(bench, motor, mode):
     assert positions(bench, motor, 30)[-1] == 255
 
 
-@scripts(
-    {
-        # RMODE
-        "5: MT, MF1, MF2, MF4, MS and MTB act at once, the others with G; RMODE reports the mode in force":
-        [f"{words}RMODE RBs -> {letter} 0"
-         for words, letter in (
-             ("", "B"), ("MP ", "B"), ("MV ", "B"), ("MFR ", "B"), ("MSR ", "B"), ("MF0 ", "B"), ("MS0 ", "B"),
-             ("BASE=8000 SIZE=8 MC ", "B"), ("MD ", "B"), ("MP P=1 G ", "P"), ("MP D=1 G ", "R"), ("MV G ", "V"),
-             ("MT ", "T"), ("MT T=3 G ", "T"), ("MF1 ", "F"), ("MF2 ", "F"), ("MF4 ", "F"), ("MFR G ", "X"),
-             ("MS ", "S"), ("MSR G ", "X"), ("BASE=8000 SIZE=8 MC G ", "C"), ("BASE=8000 SIZE=8 MC2 G ", "C"),
-             ("BASE=8000 SIZE=8 MC4 G ", "C"), ("BASE=8000 SIZE=8 MC8 G ", "C"), ("MTB ", "B"), ("MV G MTB ", "B"),
-             ("MD G ", "H"),
-         )],
-        "5: RMODE reports O after OFF; 5.2: after BRKRLS and OFF the mode torque brake stays inactive":
-        "MV G BRKRLS OFF RMODE RBo -> O 1",
-        "3, 1.3: the word is a syntax error and has no other effect":
-        [f"{word} RBs RMODE RBo -> 1 B 1"
-         for word in (
-             "MF3", "MF8", "MS1", "MC3", "MC1", "MF", "MFRATIO", "MD50", "MP=1", "PID3", "PID=2", "PID0",
-         )],
-        "16: `A= V= P= G` without MP is a position move":
-        f"{FAST}P=500 G RMODE -> P; 12 samples; at 500",
-        # P and D
-        "4: MP and G use P or D, whichever was assigned last; another G repeats a relative step":
-        [f"{FAST}{words} G RMODE -> {letter}; 30 samples; at {first}; G RMODE -> {letter}; 30 samples; "
-         f"at {second}"
-         for words, letter, first, second in (
-             ("P=100 D=7", "R", 7, 14), ("D=7 P=100", "P", 100, 100), ("P=100 D=7 P=100", "P", 100, 100),
-             ("D=7 P=50 D=7", "R", 7, 14), ("D=0", "R", 0, 0), ("D=-7", "R", -7, -14), ("O=30 P=100", "P", 70, 70),
-             ("O=30 D=7", "R", 7, 14), ("D=7 O=30", "R", 7, 14),
-         )],
-        '4: "Relative target at G = current trajectory position + D": during a move, from the position at that '
-        "time":
-        f"{SLOW}MP D=500 G; 30 samples; at 255; G; 120 samples; at 755",
-        "p assigned without g changes nothing":
-        f"{SLOW}MP P=500 G; 30 samples; at 255; P=-900 V=1 A=1 D=8 MV; 60 samples; at 500; RMODE RBt -> P 0",
-        "4: after OFF and a turn by hand, the host enables with `a=@P P=a G` (as EPICS does): the shaft does not "
-        "move":
-        f"push 5000; 2 samples; RP MP a=@P P=a {SLOW}G -> 5000; 20 steps of 0; at 5000; RBo RBe RPE -> 0 0 0",
-        "4: positions are signed 32 bit numbers, so a move from -2^31 to 2^31 - 1 is possible":
-        "O=-2147483648 A=2147483647 V=2147483647 P=2147483647 G; 60 s; at 4294967295; RP -> 2147483647",
-        '4: MV may pass the end of the range: "crossing ±2^31 sets Bw"':
-        "O=2147483640 A=65536 V=65536 MV G; 7 samples; RP RBw -> 2147483647 0; 2 samples; "
-        "RP RBw RMODE -> -2147483647 1 V; Zw RBw -> 0",
-        # Changes on the fly
-        "4: at G the mode changes, position and velocity do not: 10, 9, 8, 7 … counts per sample down to -2":
-        f"{SLOW}MP P=10000 G; 30 samples; at 255; MV V=-2*65536; positions 265; G; "
-        "positions 274 282 289 295 300 304 307 309 310 310 309 307 305 303; RV RMODE -> -131072 V",
-        "Repeated S and X have no further effect; a later G moves again":
-        f"{FAST}MV G; 3 samples; mark; S S X X S; 3 steps of 0; moved 0; MP P=0 G; 20 samples; at 0",
-        "X decelerates; MV and G during the deceleration accelerate again":
-        f"{SLOW}MV G; 30 samples; at 255; X; positions 264 272 279; MV G; positions 287 296 306 316",
-        "4: O= shifts actual and commanded position together, so a move in progress ends at the same physical "
-        "place":
-        f"{SLOW}MP P=1000 G; 30 samples; at 255; O=0 RP RPE RV -> 0 0 655360; positions 265; 150 samples; at 1000; "
-        "RP -> 745",
-        "4: after OFF, Bo is 1, Bt is 0, and the position is still counted":
-        f"{FAST}P=100 G; 10 samples; OFF; push 37; 2 samples; RP RBo RBt -> 137 1 0",
-        # Ranges
-        "With A=1 and V=1 the motor moves one count in 65536 samples":
-        "A=1 V=1 P=1 G; 65535 samples; at 0; RBt RV -> 1 1; 1 sample; at 1; RBt RV -> 0 0",
-        # G on pin G
-        "4, UG, the default role of pin G: a falling edge acts as G; a rising edge has no effect":
-        f"{FAST}P=10; G low; 20 samples; RMODE RP -> P 10; P=20; G released; 20 samples; RP -> 10; G low; "
-        "20 samples; RP -> 20",
-        "as an input pin g starts nothing":
-        f"UGI {FAST}P=10; G low; 20 samples; RMODE RP -> B 0",
-        # PIDn, CLK, WAIT
-        "clk counts base samples and is writable":
-        "CLK=-3; 10 samples; CLK is 7; CLK=2147483647; 1 sample; CLK is -2147483648",
-        # The mode of the next G after S and X
-        "The EPICS driver motorSmartMotor jogs with `MV V= G`, stops with S, moves with `D=n G` or `P=n G`, "
-        "without MP. After the stop RMODE reports the mode that the next G starts, and the same mode during its "
-        "move":
-        [f"{SLOW}MV G; 30 samples; at 255; {stop}; 20 samples; mark; "
-         f"a=@P {move} RMODE G RMODE -> {letter} {letter}; onwards {' '.join(map(str, way))}"
-         for stop in ("S", "X")
-         for move, letter, way in (
-             ("D=20", "R", [1, 3, 6, 10, 14, 17, 19, 20, 20]), ("P=a+20", "P", [1, 3, 6, 10, 14, 17, 19, 20, 20]),
-         )],
-        "A host stops with X, changes V, and sends G without MV: as long as no P or D is assigned, the jog goes "
-        "on. With an acceleration of one count per sample in each sample: -1, -2, -2, -2":
-        [f"{SLOW}MV G; 30 samples; at 255; {stop}; 20 samples; mark; V=-2*65536 RMODE G RMODE -> V V; "
-         "onwards -1 -3 -5 -7"
-         for stop in ("S", "X")],
-        "After `S G` the jog goes on, and P= is for the next MP":
-        [f"{SLOW}MV G; 30 samples; at 255; S {between} P=7; G RMODE -> V" for between in ("MV", "G")],
-        "Base 5: MT acts at once, and the buffered mode is then T, with P= as without":
-        [f"{SLOW}MV G; 30 samples; at 255; {stop}; 20 samples; MT T=0 P=7 G RMODE -> T" for stop in ("S", "X")],
-        'Option `stop_buffers="same"`: the next G starts the same mode again, and RMODE reports it':
-        [f"with stop_buffers=same; {SLOW}{mode} G {stop}; 20 samples; RMODE G RMODE -> {letter} {letter}"
-         for stop in ("S", "X")
-         for mode, letter in (("MV", "V"), ("MFR", "X"), ("MSR", "X"), ("MP D=9", "R"), ("MP P=9", "P"))],
-        'Option `stop_buffers="same"`: from 10 counts per sample X decelerates to 7, and G accelerates to 10 '
-        "again":
-        f"with stop_buffers=same; 1 sample; {SLOW}MV G; 30 samples; at 255; X; positions 264 272 279; G; "
-        "positions 287 296 306 316",
-        "4.1: while the motor is off, S and X do not change the buffered mode":
-        [f"{SLOW}MV {stop} G RMODE -> V" for stop in ("S", "X")],
-        "10.1: MD is buffered until G; after S the next G is a position move":
-        f"{SLOW}MV G MD S D=1 RMODE G RMODE -> R R",
-        # A real host: a brake actuator at 38400 baud
-        "13: the servo holds the position: an ideal motor corrects a displacement within E in one sample":
-        "MP A=65536 V=655360 P=500 G; 1.0 s; push 100; 0.001 s; at 500; RP RPE RS -> 500 0 8",
-        # The mode of the next G after S and X
-        "10.2: host mode is left for the buffered mode; P= after MD does not take the G from it":
-        [f"{SLOW}MV G; 30 samples; at 255; {stop}; 20 samples; MD {points((0, 0), (0, 4), (0, 4))}P=7; "
-         "Q => ?<01>*; G; 8 samples; RMODE -> P"
-         for stop in ("S", "X")],
-        # RMODE then reports the mode that the next G starts; S and X leave it as it is
-        "4, 5.2: S stops at once and the servo holds; X stops at the newest A; OFF and MTB switch the servo off":
-        [f"{SLOW}{mode} G; 30 samples; at 255; {word}; positions {place} {place} {place} {place}; "
-         f"RMODE RBt RBo RV -> {answers}"
-         for mode, letter in (("MV", "V"), ("MP P=1000", "P"))
-         for word, place, answers in (
-             ("S", 255, f"{letter} 0 0 0"), ("OFF", 255, "B 0 1 0"), ("MTB", 255, "B 0 1 0"), ("Z", 255, "B 0 1 0"),
-             ("A=5*65536 X", 260, f"{letter} 0 0 0"),
-         )],
-        "1: WAIT scales with PIDn, but CLK counts base samples: 1000 samples and one statement":
-        [f"load CLK=0 / WAIT=1000 / a=CLK / END; PID{n} RUN; 9000 samples; a > {1000 * n - 1}; a < {1000 * n + 2}"
-         for n in (1, 2, 4, 8)],
-        "16: CLK is 0 at power-up; it counts 4069 samples per second":
-        "new; 5000 samples; CLK > 4998; CLK < 5001",
-    }
-)  # fmt: skip
+@scripts({
+    # RMODE
+    "5: MT, MF1, MF2, MF4, MS and MTB act at once, the others with G; RMODE reports the mode in force":
+    [f"{words}RMODE RBs -> {letter} 0"
+     for words, letter in (
+         ("", "B"), ("MP ", "B"), ("MV ", "B"), ("MFR ", "B"), ("MSR ", "B"), ("MF0 ", "B"), ("MS0 ", "B"),
+         ("BASE=8000 SIZE=8 MC ", "B"), ("MD ", "B"), ("MP P=1 G ", "P"), ("MP D=1 G ", "R"), ("MV G ", "V"),
+         ("MT ", "T"), ("MT T=3 G ", "T"), ("MF1 ", "F"), ("MF2 ", "F"), ("MF4 ", "F"), ("MFR G ", "X"),
+         ("MS ", "S"), ("MSR G ", "X"), ("BASE=8000 SIZE=8 MC G ", "C"), ("BASE=8000 SIZE=8 MC2 G ", "C"),
+         ("BASE=8000 SIZE=8 MC4 G ", "C"), ("BASE=8000 SIZE=8 MC8 G ", "C"), ("MTB ", "B"), ("MV G MTB ", "B"),
+         ("MD G ", "H"),
+     )],
+    "5: RMODE reports O after OFF; 5.2: after BRKRLS and OFF the mode torque brake stays inactive":
+    "MV G BRKRLS OFF RMODE RBo -> O 1",
+    "3, 1.3: the word is a syntax error and has no other effect":
+    [f"{word} RBs RMODE RBo -> 1 B 1"
+     for word in (
+         "MF3", "MF8", "MS1", "MC3", "MC1", "MF", "MFRATIO", "MD50", "MP=1", "PID3", "PID=2", "PID0",
+     )],
+    "16: `A= V= P= G` without MP is a position move":
+    f"{FAST}P=500 G RMODE -> P; 12 samples; at 500",
+    # P and D
+    "4: MP and G use P or D, whichever was assigned last; another G repeats a relative step":
+    [f"{FAST}{words} G RMODE -> {letter}; 30 samples; at {first}; G RMODE -> {letter}; 30 samples; "
+     f"at {second}"
+     for words, letter, first, second in (
+         ("P=100 D=7", "R", 7, 14), ("D=7 P=100", "P", 100, 100), ("P=100 D=7 P=100", "P", 100, 100),
+         ("D=7 P=50 D=7", "R", 7, 14), ("D=0", "R", 0, 0), ("D=-7", "R", -7, -14), ("O=30 P=100", "P", 70, 70),
+         ("O=30 D=7", "R", 7, 14), ("D=7 O=30", "R", 7, 14),
+     )],
+    '4: "Relative target at G = current trajectory position + D": during a move, from the position at that '
+    "time":
+    f"{SLOW}MP D=500 G; 30 samples; at 255; G; 120 samples; at 755",
+    "p assigned without g changes nothing":
+    f"{SLOW}MP P=500 G; 30 samples; at 255; P=-900 V=1 A=1 D=8 MV; 60 samples; at 500; RMODE RBt -> P 0",
+    "4: after OFF and a turn by hand, the host enables with `a=@P P=a G` (as EPICS does): the shaft does not "
+    "move":
+    f"push 5000; 2 samples; RP MP a=@P P=a {SLOW}G -> 5000; 20 steps of 0; at 5000; RBo RBe RPE -> 0 0 0",
+    "4: positions are signed 32 bit numbers, so a move from -2^31 to 2^31 - 1 is possible":
+    "O=-2147483648 A=2147483647 V=2147483647 P=2147483647 G; 60 s; at 4294967295; RP -> 2147483647",
+    '4: MV may pass the end of the range: "crossing ±2^31 sets Bw"':
+    "O=2147483640 A=65536 V=65536 MV G; 7 samples; RP RBw -> 2147483647 0; 2 samples; "
+    "RP RBw RMODE -> -2147483647 1 V; Zw RBw -> 0",
+    # Changes on the fly
+    "4: at G the mode changes, position and velocity do not: 10, 9, 8, 7 … counts per sample down to -2":
+    f"{SLOW}MP P=10000 G; 30 samples; at 255; MV V=-2*65536; positions 265; G; "
+    "positions 274 282 289 295 300 304 307 309 310 310 309 307 305 303; RV RMODE -> -131072 V",
+    "Repeated S and X have no further effect; a later G moves again":
+    f"{FAST}MV G; 3 samples; mark; S S X X S; 3 steps of 0; moved 0; MP P=0 G; 20 samples; at 0",
+    "X decelerates; MV and G during the deceleration accelerate again":
+    f"{SLOW}MV G; 30 samples; at 255; X; positions 264 272 279; MV G; positions 287 296 306 316",
+    "4: O= shifts actual and commanded position together, so a move in progress ends at the same physical "
+    "place":
+    f"{SLOW}MP P=1000 G; 30 samples; at 255; O=0 RP RPE RV -> 0 0 655360; positions 265; 150 samples; at 1000; "
+    "RP -> 745",
+    "4: after OFF, Bo is 1, Bt is 0, and the position is still counted":
+    f"{FAST}P=100 G; 10 samples; OFF; push 37; 2 samples; RP RBo RBt -> 137 1 0",
+    # Ranges
+    "With A=1 and V=1 the motor moves one count in 65536 samples":
+    "A=1 V=1 P=1 G; 65535 samples; at 0; RBt RV -> 1 1; 1 sample; at 1; RBt RV -> 0 0",
+    # G on pin G
+    "4, UG, the default role of pin G: a falling edge acts as G; a rising edge has no effect":
+    f"{FAST}P=10; G low; 20 samples; RMODE RP -> P 10; P=20; G released; 20 samples; RP -> 10; G low; "
+    "20 samples; RP -> 20",
+    "as an input pin g starts nothing":
+    f"UGI {FAST}P=10; G low; 20 samples; RMODE RP -> B 0",
+    # PIDn, CLK, WAIT
+    "clk counts base samples and is writable":
+    "CLK=-3; 10 samples; CLK is 7; CLK=2147483647; 1 sample; CLK is -2147483648",
+    # The mode of the next G after S and X
+    "The EPICS driver motorSmartMotor jogs with `MV V= G`, stops with S, moves with `D=n G` or `P=n G`, "
+    "without MP. After the stop RMODE reports the mode that the next G starts, and the same mode during its "
+    "move":
+    [f"{SLOW}MV G; 30 samples; at 255; {stop}; 20 samples; mark; "
+     f"a=@P {move} RMODE G RMODE -> {letter} {letter}; onwards {' '.join(map(str, way))}"
+     for stop in ("S", "X")
+     for move, letter, way in (
+         ("D=20", "R", [1, 3, 6, 10, 14, 17, 19, 20, 20]), ("P=a+20", "P", [1, 3, 6, 10, 14, 17, 19, 20, 20]),
+     )],
+    "A host stops with X, changes V, and sends G without MV: as long as no P or D is assigned, the jog goes "
+    "on. With an acceleration of one count per sample in each sample: -1, -2, -2, -2":
+    [f"{SLOW}MV G; 30 samples; at 255; {stop}; 20 samples; mark; V=-2*65536 RMODE G RMODE -> V V; "
+     "onwards -1 -3 -5 -7"
+     for stop in ("S", "X")],
+    "After `S G` the jog goes on, and P= is for the next MP":
+    [f"{SLOW}MV G; 30 samples; at 255; S {between} P=7; G RMODE -> V" for between in ("MV", "G")],
+    "Base 5: MT acts at once, and the buffered mode is then T, with P= as without":
+    [f"{SLOW}MV G; 30 samples; at 255; {stop}; 20 samples; MT T=0 P=7 G RMODE -> T" for stop in ("S", "X")],
+    'Option `stop_buffers="same"`: the next G starts the same mode again, and RMODE reports it':
+    [f"with stop_buffers=same; {SLOW}{mode} G {stop}; 20 samples; RMODE G RMODE -> {letter} {letter}"
+     for stop in ("S", "X")
+     for mode, letter in (("MV", "V"), ("MFR", "X"), ("MSR", "X"), ("MP D=9", "R"), ("MP P=9", "P"))],
+    'Option `stop_buffers="same"`: from 10 counts per sample X decelerates to 7, and G accelerates to 10 '
+    "again":
+    f"with stop_buffers=same; 1 sample; {SLOW}MV G; 30 samples; at 255; X; positions 264 272 279; G; "
+    "positions 287 296 306 316",
+    "4.1: while the motor is off, S and X do not change the buffered mode":
+    [f"{SLOW}MV {stop} G RMODE -> V" for stop in ("S", "X")],
+    "10.1: MD is buffered until G; after S the next G is a position move":
+    f"{SLOW}MV G MD S D=1 RMODE G RMODE -> R R",
+    # A real host: a brake actuator at 38400 baud
+    "13: the servo holds the position: an ideal motor corrects a displacement within E in one sample":
+    "MP A=65536 V=655360 P=500 G; 1.0 s; push 100; 0.001 s; at 500; RP RPE RS -> 500 0 8",
+    # The mode of the next G after S and X
+    "10.2: host mode is left for the buffered mode; P= after MD does not take the G from it":
+    [f"{SLOW}MV G; 30 samples; at 255; {stop}; 20 samples; MD {points((0, 0), (0, 4), (0, 4))}P=7; "
+     "Q => ?<01>*; G; 8 samples; RMODE -> P"
+     for stop in ("S", "X")],
+    # RMODE then reports the mode that the next G starts; S and X leave it as it is
+    "4, 5.2: S stops at once and the servo holds; X stops at the newest A; OFF and MTB switch the servo off":
+    [f"{SLOW}{mode} G; 30 samples; at 255; {word}; positions {place} {place} {place} {place}; "
+     f"RMODE RBt RBo RV -> {answers}"
+     for mode, letter in (("MV", "V"), ("MP P=1000", "P"))
+     for word, place, answers in (
+         ("S", 255, f"{letter} 0 0 0"), ("OFF", 255, "B 0 1 0"), ("MTB", 255, "B 0 1 0"), ("Z", 255, "B 0 1 0"),
+         ("A=5*65536 X", 260, f"{letter} 0 0 0"),
+     )],
+    "1: WAIT scales with PIDn, but CLK counts base samples: 1000 samples and one statement":
+    [f"load CLK=0 / WAIT=1000 / a=CLK / END; PID{n} RUN; 9000 samples; a > {1000 * n - 1}; a < {1000 * n + 2}"
+     for n in (1, 2, 4, 8)],
+    "16: CLK is 0 at power-up; it counts 4069 samples per second":
+    "new; 5000 samples; CLK > 4998; CLK < 5001",
+})  # fmt: skip
 def test_modes(script):
     play(script)
 

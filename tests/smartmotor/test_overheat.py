@@ -19,39 +19,37 @@ def temperature(bench: Bench, motor: Controller) -> int:
     return int(ask(bench, motor, "PRINT(TEMP,#13)"))
 
 
-@scripts(
-    {
-        'Table 4.1: "Controller temperature exceeded temperature limit"; TH is 70 at power-up':
-        [f"air {celsius}; 3.1 s; TEMP is {celsius}; W {BO + trips * BH}"
-         for celsius, trips in ((25, False), (69, False), (70, False), (71, True), (120, True))],
-        "THD=12000 by default: 12000 samples are 2.949 s; a shorter overheat has no effect":
-        "air 75; 11950 samples; air 25; 100 samples; air 75; 11950 samples; W o; 100 samples; W ho",
-        'Reference 10: "Motion refused until cooled 5 °C below TH": 66 °C is too warm; only a Z clears the flag':
-        [f"air 71; 3.1 s; P=50 A=65536 V=65536 MP; air 71; 1.0 s; {clear} G; 0.1 s; W ho; at 0; air 70; 1.0 s; "
-         f"{clear} G; 0.1 s; W ho; at 0; air 66; 1.0 s; {clear} G; 0.1 s; W ho; at 0; air 65; 1.0 s; W ho; "
-         f"Ze Zr Zl G; 0.1 s; W ho; {clear} G; 0.1 s; W; at 50"
-         for clear in ("Zh", "ZS")],
-        "Two flags, each cleared by its own Z; both must be cleared":
-        f"air 69; 3.1 s; {MOVE}; 0.1 s; jam; 110 samples; free; air 71; 3.1 s; W eho; air 20; 3.1 s; Zh G; 0.1 s; "
-        "W eo; Ze G; 0.1 s; W t",
-        "TH=20 in a room of 25 °C is an overheat after THD samples":
-        "TH=20; 3.1 s; W ho; TH=29 Zh; 0.001 s; W ho; TH=30 Zh; 0.001 s; W o",
-        "4.1: the amplifier goes off, MTB and the static brake act; moves, RUN and LOAD are refused":
-        f"load WHILE 1 / a=a+1 / LOOP; {MOVE} RUN; 0.1 s; air 71; 3.1 s; W ho; RMODE -> B; brake is high; mark; "
-        "keep a; LOAD; "
-        + "; ".join(
-            f"{command}; 0.05 s; moved 0; a kept; brake is high"
-            for command in ("G", "MT T=500", "X", "S", "MF4", "MS", "RUN")
-        ),
-        "The fault comes within two samples after THD samples":
-        [f"air 75; THD={thd}; {max(thd - 2, 0)} samples; RBh -> 0; 5 samples; RBh -> 1" for thd in (1, 10, 1000)],
-        "4.1 item 4, motor protection fault: without F=32 the program ends, with F=32 it goes to C1":
-        [f"load F={f} / WHILE 1 / a=a+1 / LOOP / C1 / c=c+1 / RETURNF; {MOVE} RUN; 0.1 s; air 71; 3.1 s; keep a; "
-         "0.1 s; "
-         f"c is {f // 32}; a {how}"
-         for f, how in ((0, "kept"), (1, "kept"), (32, "grew"), (33, "grew"))],
-    }
-)  # fmt: skip
+@scripts({
+    'Table 4.1: "Controller temperature exceeded temperature limit"; TH is 70 at power-up':
+    [f"air {celsius}; 3.1 s; TEMP is {celsius}; W {BO + trips * BH}"
+     for celsius, trips in ((25, False), (69, False), (70, False), (71, True), (120, True))],
+    "THD=12000 by default: 12000 samples are 2.949 s; a shorter overheat has no effect":
+    "air 75; 11950 samples; air 25; 100 samples; air 75; 11950 samples; W o; 100 samples; W ho",
+    'Reference 10: "Motion refused until cooled 5 °C below TH": 66 °C is too warm; only a Z clears the flag':
+    [f"air 71; 3.1 s; P=50 A=65536 V=65536 MP; air 71; 1.0 s; {clear} G; 0.1 s; W ho; at 0; air 70; 1.0 s; "
+     f"{clear} G; 0.1 s; W ho; at 0; air 66; 1.0 s; {clear} G; 0.1 s; W ho; at 0; air 65; 1.0 s; W ho; "
+     f"Ze Zr Zl G; 0.1 s; W ho; {clear} G; 0.1 s; W; at 50"
+     for clear in ("Zh", "ZS")],
+    "Two flags, each cleared by its own Z; both must be cleared":
+    f"air 69; 3.1 s; {MOVE}; 0.1 s; jam; 110 samples; free; air 71; 3.1 s; W eho; air 20; 3.1 s; Zh G; 0.1 s; "
+    "W eo; Ze G; 0.1 s; W t",
+    "TH=20 in a room of 25 °C is an overheat after THD samples":
+    "TH=20; 3.1 s; W ho; TH=29 Zh; 0.001 s; W ho; TH=30 Zh; 0.001 s; W o",
+    "4.1: the amplifier goes off, MTB and the static brake act; moves, RUN and LOAD are refused":
+    f"load WHILE 1 / a=a+1 / LOOP; {MOVE} RUN; 0.1 s; air 71; 3.1 s; W ho; RMODE -> B; brake is high; mark; "
+    "keep a; LOAD; "
+    + "; ".join(
+        f"{command}; 0.05 s; moved 0; a kept; brake is high"
+        for command in ("G", "MT T=500", "X", "S", "MF4", "MS", "RUN")
+    ),
+    "The fault comes within two samples after THD samples":
+    [f"air 75; THD={thd}; {max(thd - 2, 0)} samples; RBh -> 0; 5 samples; RBh -> 1" for thd in (1, 10, 1000)],
+    "4.1 item 4, motor protection fault: without F=32 the program ends, with F=32 it goes to C1":
+    [f"load F={f} / WHILE 1 / a=a+1 / LOOP / C1 / c=c+1 / RETURNF; {MOVE} RUN; 0.1 s; air 71; 3.1 s; keep a; "
+     "0.1 s; "
+     f"c is {f // 32}; a {how}"
+     for f, how in ((0, "kept"), (1, "kept"), (32, "grew"), (33, "grew"))],
+})  # fmt: skip
 def test_overheat(script):
     play(script)
 

@@ -18,70 +18,68 @@ TEXT = b"a=1\nWHILE a<5\na=a+1\nLOOP\nEND\n"
 IMAGE = b"$40000006D8" + b"00001D" + b"0000000000" + b"a=1\n$W0019LE a<5\na=a+1\n$L0004P\nEND\n"
 
 
-@scripts(
-    {
-        # Loading
-        "15: the motor sends 06 after LOAD and after each complete block of 8 bytes; FF FF ends the program":
-        "sends LOAD<SP> => <06>; sends a=1 b=2<SP> => <06>; sends c=3 EN; sends D; sends <FF><FF><SP>; RUN; 0.1 s; "
-        "Ra Rb Rc RBk -> 1 2 3 0",
-        "If FF is the last byte of a block, the motor sends 06 after 50 ms, or none if a second FF follows":
-        "sends LOAD<SP> -> *; sends a=1<LF>END<FF>; 0.04 s; sends <FF>; 1 s; sends LOAD<SP> -> *; "
-        # the sum of 61+3D+31+0A, and E1 for END
-        "sends a=1<LF>END<FF> => <06> in 0.1 s; sends a note<FF><FF>; RCKS => 000000 0001BA P<CR>",
-        "program bytes are neither commands nor addresses":
-        "sends SADDR1 LOAD<SP> -> *; sends b=7 Rb<LF><CR><82><80>RP END<FF><FF> -> *; Rb -> 0; RUN -> 7 in 0.1 s",
-        "2: during a download too, every received byte is echoed":
-        "sends ECHO LOAD<SP> => LOAD <06>; sends a=1 END<LF><FF><FF> => a=1 END<LF><06><FF><FF>",
-        # Refused downloads
-        "2.0 items 1 and 6: with nothing wired the motor is in fault at power-up; LOAD then sets Bs and sends no "
-        "06":
-        "bare; LOAD; RBs RBr RBl -> 1 1 1; UCI UDI LOAD ZS LOAD => <06>",
-        "a program cannot load":
-        "load LOAD / UPLOAD / UP / a=1; RUN; 0.1 s; Ra RBs -> 1 1",
-        # Incomplete downloads
-        "Some hosts of class 4 motors send a single FF; followed by silence it ends the download":
-        "sends LOAD<SP> -> *; sends a=1<LF><FF> -> *; 5.1 s; RBk RUN -> 0 in 0.1 s; Ra -> 1",
-        "10: Bk is set at power-up, and no program starts":
-        "load PRINT(1,#13); sends LOAD<SP> -> *; sends PRINT(2,#13) -> *; power cycle; 1 s; receives nothing; "
-        "RBk RUN RCKS => 1<CR>000000 000000 F<CR> in 0.1 s",
-        # Uploading
-        "15: UPLOAD sends 8 bytes after each 06 from the host, and FF at the end":
-        "load a=12345 / END; sends UPLOAD<SP> => a=12345<LF>; sends <06> => END<LF><FF>; RP -> 0",
-        "a text of whole blocks is followed by the end alone":
-        "load a=1 / END; sends UPLOAD<SP> => a=1<LF>END<LF>; sends <06> => <FF>",
-        "the echo applies to an upload":
-        "load a=12345 / END; sends ECHO UPLOAD<SP> => UPLOAD a=12345<LF>; sends <06> => <06>END<LF><FF>",
-        # Checksums
-        "a new motor has an empty program":
-        "RCKS RBk RUN RBs => 000000 000000 P<CR>0<CR>0<CR> in 0.1 s",
-        # Starting
-        "2: the stored program starts if nothing is received in the first 200 ms":
-        'load PRINT("up",#13) / END; power cycle; 0.199 s; receives nothing; 0.002 s; receives up<CR>',
-        "8: RUN? ends a program that power-up has started; a program started by RUN skips it":
-        'load PRINT("a") / RUN? / PRINT("b") / END; power cycle; 1 s; receives a; RUN => ab in 0.1 s',
-        "z starts it as power up does":
-        'load PRINT("up",#13) / END; Z; 0.19 s; 0.1 s; receives up<CR>',
-        # Loading
-        "a program of whole blocks ends without another answer":
-        "load a=1 END / a=1 END",
-        # Incomplete downloads
-        "10: Bk is set, the program is not run, and RCKS reports F":
-        f"load {COUNTING}; sends LOAD<SP> -> *; sends a=9 b=9<SP> => <06> in 4.9 s; sends c=9<SP>; 4.9 s; "
-        "sends d=9 END<SP> => <06> in 5.1 s; RUN RBk RCKS => 1<CR>000000 * in 0.1 s; Ra Rb RCKS => * F<CR>; "
-        f"ZS RCKS RBk => * F<CR>1<CR>; load {COUNTING}; RBk -> 0",
-        # Checksums
-        "RCKS reports the place of the labels and the sum":
-        [f"load {program}; RCKS => {sums}<CR>"
-         for program, sums in (
-             ("END", "000000 0000E1 P"), ("  END 'nothing\r\n", "000000 0000E1 P"),  # the manual's example
-             ("a=1 / C5 / END", "000004 00023C P"),  # C5 is at 4; the sum of 61+3D+31+0A, 43+35+0A, and E1
-         )],
-        # Starting
-        "any character in the first 200 ms prevents it":
-        [f'load PRINT("up",#13) / END; power cycle; 0.19 s; writes {traffic}; 1 s; receives nothing'
-         for traffic in ("<CR>", "<85>", "RP")],
-    }
-)  # fmt: skip
+@scripts({
+    # Loading
+    "15: the motor sends 06 after LOAD and after each complete block of 8 bytes; FF FF ends the program":
+    "sends LOAD<SP> => <06>; sends a=1 b=2<SP> => <06>; sends c=3 EN; sends D; sends <FF><FF><SP>; RUN; 0.1 s; "
+    "Ra Rb Rc RBk -> 1 2 3 0",
+    "If FF is the last byte of a block, the motor sends 06 after 50 ms, or none if a second FF follows":
+    "sends LOAD<SP> -> *; sends a=1<LF>END<FF>; 0.04 s; sends <FF>; 1 s; sends LOAD<SP> -> *; "
+    # the sum of 61+3D+31+0A, and E1 for END
+    "sends a=1<LF>END<FF> => <06> in 0.1 s; sends a note<FF><FF>; RCKS => 000000 0001BA P<CR>",
+    "program bytes are neither commands nor addresses":
+    "sends SADDR1 LOAD<SP> -> *; sends b=7 Rb<LF><CR><82><80>RP END<FF><FF> -> *; Rb -> 0; RUN -> 7 in 0.1 s",
+    "2: during a download too, every received byte is echoed":
+    "sends ECHO LOAD<SP> => LOAD <06>; sends a=1 END<LF><FF><FF> => a=1 END<LF><06><FF><FF>",
+    # Refused downloads
+    "2.0 items 1 and 6: with nothing wired the motor is in fault at power-up; LOAD then sets Bs and sends no "
+    "06":
+    "bare; LOAD; RBs RBr RBl -> 1 1 1; UCI UDI LOAD ZS LOAD => <06>",
+    "a program cannot load":
+    "load LOAD / UPLOAD / UP / a=1; RUN; 0.1 s; Ra RBs -> 1 1",
+    # Incomplete downloads
+    "Some hosts of class 4 motors send a single FF; followed by silence it ends the download":
+    "sends LOAD<SP> -> *; sends a=1<LF><FF> -> *; 5.1 s; RBk RUN -> 0 in 0.1 s; Ra -> 1",
+    "10: Bk is set at power-up, and no program starts":
+    "load PRINT(1,#13); sends LOAD<SP> -> *; sends PRINT(2,#13) -> *; power cycle; 1 s; receives nothing; "
+    "RBk RUN RCKS => 1<CR>000000 000000 F<CR> in 0.1 s",
+    # Uploading
+    "15: UPLOAD sends 8 bytes after each 06 from the host, and FF at the end":
+    "load a=12345 / END; sends UPLOAD<SP> => a=12345<LF>; sends <06> => END<LF><FF>; RP -> 0",
+    "a text of whole blocks is followed by the end alone":
+    "load a=1 / END; sends UPLOAD<SP> => a=1<LF>END<LF>; sends <06> => <FF>",
+    "the echo applies to an upload":
+    "load a=12345 / END; sends ECHO UPLOAD<SP> => UPLOAD a=12345<LF>; sends <06> => <06>END<LF><FF>",
+    # Checksums
+    "a new motor has an empty program":
+    "RCKS RBk RUN RBs => 000000 000000 P<CR>0<CR>0<CR> in 0.1 s",
+    # Starting
+    "2: the stored program starts if nothing is received in the first 200 ms":
+    'load PRINT("up",#13) / END; power cycle; 0.199 s; receives nothing; 0.002 s; receives up<CR>',
+    "8: RUN? ends a program that power-up has started; a program started by RUN skips it":
+    'load PRINT("a") / RUN? / PRINT("b") / END; power cycle; 1 s; receives a; RUN => ab in 0.1 s',
+    "z starts it as power up does":
+    'load PRINT("up",#13) / END; Z; 0.19 s; 0.1 s; receives up<CR>',
+    # Loading
+    "a program of whole blocks ends without another answer":
+    "load a=1 END / a=1 END",
+    # Incomplete downloads
+    "10: Bk is set, the program is not run, and RCKS reports F":
+    f"load {COUNTING}; sends LOAD<SP> -> *; sends a=9 b=9<SP> => <06> in 4.9 s; sends c=9<SP>; 4.9 s; "
+    "sends d=9 END<SP> => <06> in 5.1 s; RUN RBk RCKS => 1<CR>000000 * in 0.1 s; Ra Rb RCKS => * F<CR>; "
+    f"ZS RCKS RBk => * F<CR>1<CR>; load {COUNTING}; RBk -> 0",
+    # Checksums
+    "RCKS reports the place of the labels and the sum":
+    [f"load {program}; RCKS => {sums}<CR>"
+     for program, sums in (
+         ("END", "000000 0000E1 P"), ("  END 'nothing\r\n", "000000 0000E1 P"),  # the manual's example
+         ("a=1 / C5 / END", "000004 00023C P"),  # C5 is at 4; the sum of 61+3D+31+0A, 43+35+0A, and E1
+     )],
+    # Starting
+    "any character in the first 200 ms prevents it":
+    [f'load PRINT("up",#13) / END; power cycle; 0.19 s; writes {traffic}; 1 s; receives nothing'
+     for traffic in ("<CR>", "<85>", "RP")],
+})  # fmt: skip
 def test_program_store(script):
     play(script)
 

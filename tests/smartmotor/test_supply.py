@@ -15,18 +15,16 @@ def dip(bench, left, duration=None):
     bench.faults.add("supply_dip", "smartmotor", left=left, duration=duration)
 
 
-@scripts(
-    {
-        "A dip to 0.376 × 48 V = 18.05 V resets nothing; UJA reads it in 0.1 V":
-        [f"with frame23; a=7 A=100 V=65536 MV G; dip {left} 0.01; PRINT(UJA,#13) -> {volts}; 0.05 s; "
-         "Ra RBt PRINT(UJA,#13) -> 7 1 480"
-         for left, volts in ((0.9, "432"), (0.5, "240"), (0.376, "180"))],
-        "As at power-up, the program starts 200 ms after the supply has come back":
-        'with frame23; load PRINT("up",#13) END; dip 0.2 0.05; 0.249 s; receives nothing; 0.01 s; receives up<CR>',
-        "switch and supply are both needed":
-        "with frame23; dip 0.2; power off; mend; RMODE; dip 0.2; power on; RMODE; 0.3 s; mend; RMODE -> B",
-    }
-)  # fmt: skip
+@scripts({
+    "A dip to 0.376 × 48 V = 18.05 V resets nothing; UJA reads it in 0.1 V":
+    [f"with frame23; a=7 A=100 V=65536 MV G; dip {left} 0.01; PRINT(UJA,#13) -> {volts}; 0.05 s; "
+     "Ra RBt PRINT(UJA,#13) -> 7 1 480"
+     for left, volts in ((0.9, "432"), (0.5, "240"), (0.376, "180"))],
+    "As at power-up, the program starts 200 ms after the supply has come back":
+    'with frame23; load PRINT("up",#13) END; dip 0.2 0.05; 0.249 s; receives nothing; 0.01 s; receives up<CR>',
+    "switch and supply are both needed":
+    "with frame23; dip 0.2; power off; mend; RMODE; dip 0.2; power on; RMODE; 0.3 s; mend; RMODE -> B",
+})  # fmt: skip
 def test_supply(script):
     play(script)
 

@@ -130,45 +130,43 @@ def test_an_absolute_move_never_goes_through_the_end_of_the_scale(bench, motor):
 FASTER = 4 * 65536
 
 
-@scripts(
-    {
-        "The distance is too short to reach V: 1+2+3+4+4+3+2+1 = 20 counts in 8 samples":
-        "A=65536 V=100*65536 P=20 G; positions 1 3 6 10 14 17 19 20 20",
-        "Bt is 1 until the sample in which the target is commanded":
-        "A=65536 V=100*65536 P=20 G; 7 samples; RBt RV -> 1 131072; 1 sample; RBt RV RP -> 0 0 20",
-        "With A=1/4 and V=1/2 the positions are 1/4, 3/4, 1 1/4 …, which are rounded down to whole counts":
-        "A=16384 V=32768 MV G; positions 0 0 1 1 2 2 3 3",
-        "D=100 and G move by 100; another G moves by another 100":
-        "A=65536 V=65536*50 D=100 G; 40 samples; at 100; RMODE G -> R; 40 samples; at 200",
-        "A V assigned without G changes nothing; with G the motor decelerates at A to the new V":
-        "A=65536 V=5*65536 MV G; 5 samples; V=2*65536; positions 20 25; G; positions 29 32 34 36 38",
-        "MV from 2 to -2 counts per sample with A=1 passes through 1, 0 and -1":
-        "A=65536 V=2*65536 MV G; positions 1 3 5; V=-2*65536 G; positions 6 6 5 3 1",
-        "X from 6 counts per sample with A=2 decelerates by 4, 2, 0; then the servo holds":
-        "A=65536 V=6*65536 MV G; 6 samples; A=2*65536 X; positions 25 27 27 27; RBt RBo -> 0 0",
-        '3.1: limits are "directional": with the positive limit acknowledged, the move up to 2^31 - 1 is refused':
-        "A=65536 V=4*65536 O=-2147483648 P=2147483647 UCP; 2 samples; Zr G RBt -> 0",
-        # Torque of a motor without a data sheet, and A=0
-        "Base 5, MT: T acts at once; without a data sheet the shaft turns T/32 counts per sample, or -T/32 with "
-        "F=2":
-        [f"F={functions} MT T={torque}; 1 sample; mark; 500 samples; moved {500 * counts * way}"
-         for torque, counts in (
-             (0, 0), (31, 0), (32, 1), (63, 1), (64, 2), (1023, 31), (-31, 0), (-32, -1), (-1023, -31),
-         )
-         for functions, way in ((0, 1), (2, -1))],
-        "4 of the base language: A=0 means no change of velocity; S stops the motor whatever A is":
-        [f"MV A={FASTER} V={FASTER} G; 0.01 s; {words}; 1 sample; mark; 100 samples; moved 400; "
-         "RV RBt -> 262144 1; S; RV -> 0"
-         for words in ("MV A=0 V=0 G", "MP A=0 P=0 G", "A=0 X")],
-        "At 5 counts per sample with A=1 the motor needs 4+3+2+1 = 10 counts to stop, then it returns. It returns "
-        "by 1, 2, 3 counts; 4 are left. The largest steps that end there are 7/3, 4/3, 1/3: 21 2/3, 20 1/3, 20":
-        "A=65536 V=5*65536 P=1000 G; positions 1 3 6 10 15 20; P=20 G; "
-        "positions 24 27 29 30 30 29 27 24 21 20 20 20",
-        "With A=0 or V=0, G does not move: Bo becomes 0; the trajectory is in progress unless its target is "
-        "reached":
-        [f"{words} G; 20 samples; RBo RBt RP -> 0 {busy} 0"
-         for words, busy in (("V=1000 P=100", 1), ("A=1000 P=100", 1), ("MV A=1000 V=0", 1), ("P=0 A=100 V=100", 0))],
-    }
-)  # fmt: skip
+@scripts({
+    "The distance is too short to reach V: 1+2+3+4+4+3+2+1 = 20 counts in 8 samples":
+    "A=65536 V=100*65536 P=20 G; positions 1 3 6 10 14 17 19 20 20",
+    "Bt is 1 until the sample in which the target is commanded":
+    "A=65536 V=100*65536 P=20 G; 7 samples; RBt RV -> 1 131072; 1 sample; RBt RV RP -> 0 0 20",
+    "With A=1/4 and V=1/2 the positions are 1/4, 3/4, 1 1/4 …, which are rounded down to whole counts":
+    "A=16384 V=32768 MV G; positions 0 0 1 1 2 2 3 3",
+    "D=100 and G move by 100; another G moves by another 100":
+    "A=65536 V=65536*50 D=100 G; 40 samples; at 100; RMODE G -> R; 40 samples; at 200",
+    "A V assigned without G changes nothing; with G the motor decelerates at A to the new V":
+    "A=65536 V=5*65536 MV G; 5 samples; V=2*65536; positions 20 25; G; positions 29 32 34 36 38",
+    "MV from 2 to -2 counts per sample with A=1 passes through 1, 0 and -1":
+    "A=65536 V=2*65536 MV G; positions 1 3 5; V=-2*65536 G; positions 6 6 5 3 1",
+    "X from 6 counts per sample with A=2 decelerates by 4, 2, 0; then the servo holds":
+    "A=65536 V=6*65536 MV G; 6 samples; A=2*65536 X; positions 25 27 27 27; RBt RBo -> 0 0",
+    '3.1: limits are "directional": with the positive limit acknowledged, the move up to 2^31 - 1 is refused':
+    "A=65536 V=4*65536 O=-2147483648 P=2147483647 UCP; 2 samples; Zr G RBt -> 0",
+    # Torque of a motor without a data sheet, and A=0
+    "Base 5, MT: T acts at once; without a data sheet the shaft turns T/32 counts per sample, or -T/32 with "
+    "F=2":
+    [f"F={functions} MT T={torque}; 1 sample; mark; 500 samples; moved {500 * counts * way}"
+     for torque, counts in (
+         (0, 0), (31, 0), (32, 1), (63, 1), (64, 2), (1023, 31), (-31, 0), (-32, -1), (-1023, -31),
+     )
+     for functions, way in ((0, 1), (2, -1))],
+    "4 of the base language: A=0 means no change of velocity; S stops the motor whatever A is":
+    [f"MV A={FASTER} V={FASTER} G; 0.01 s; {words}; 1 sample; mark; 100 samples; moved 400; "
+     "RV RBt -> 262144 1; S; RV -> 0"
+     for words in ("MV A=0 V=0 G", "MP A=0 P=0 G", "A=0 X")],
+    "At 5 counts per sample with A=1 the motor needs 4+3+2+1 = 10 counts to stop, then it returns. It returns "
+    "by 1, 2, 3 counts; 4 are left. The largest steps that end there are 7/3, 4/3, 1/3: 21 2/3, 20 1/3, 20":
+    "A=65536 V=5*65536 P=1000 G; positions 1 3 6 10 15 20; P=20 G; "
+    "positions 24 27 29 30 30 29 27 24 21 20 20 20",
+    "With A=0 or V=0, G does not move: Bo becomes 0; the trajectory is in progress unless its target is "
+    "reached":
+    [f"{words} G; 20 samples; RBo RBt RP -> 0 {busy} 0"
+     for words, busy in (("V=1000 P=100", 1), ("A=1000 P=100", 1), ("MV A=1000 V=0", 1), ("P=0 A=100 V=100", 0))],
+})  # fmt: skip
 def test_trajectory(script):
     play(script)
