@@ -24,5 +24,4 @@ def test_the_tests_named_there_exist():
 def test_every_entry_names_one():
     rows = [line for line in PAGE.splitlines() if line.startswith("| ")]
     entries = [row for row in rows if not row.startswith(("| question", "| ---"))]
-    assert len(entries) > 50
-    assert [row for row in entries if "::test_" not in row] == []
+    assert len(entries) > 50 and [row for row in entries if "::test_" not in row] == []

@@ -20,8 +20,7 @@ def test_whole_numbers(text, value):
 
 
 def test_other_bases():
-    assert whole("0x7F", base=0) == 127
-    assert whole("FF", base=16) == 255
+    assert whole("0x7F", base=0) == 127 and whole("FF", base=16) == 255
     assert whole("1" * 64, 0, 2**64 - 1, base=2) == 2**64 - 1
 
 
@@ -45,15 +44,13 @@ def test_what_is_no_number(read, text):
 
 def test_numbers():
     assert real("2.5e3") == 2500.0
-    assert decimal("0.000000001") == Decimal(1).scaleb(-9)
-    assert decimal("9" * 30) == 10**30 - 1
+    assert decimal("0.000000001") == Decimal(1).scaleb(-9) and decimal("9" * 30) == 10**30 - 1
     raises(NumberError, "out of range", decimal, "1" + 30 * "0")
     raises(NumberError, "out of range", decimal, "1e-999999999")
 
 
 def test_it_is_a_usage_error_and_a_value_error():
-    assert issubclass(NumberError, UsageError)
-    assert issubclass(NumberError, ValueError)
+    assert issubclass(NumberError, UsageError) and issubclass(NumberError, ValueError)
 
 
 def test_what_a_library_has_read_is_looked_through():
@@ -79,9 +76,7 @@ def test_any_text_is_a_number_or_a_number_error(text):
 
 def test_a_message_is_one_line_that_people_can_read():
     assert one_line("short: it stays, é too") == "short: it stays, é too"
-    assert one_line("a\nb\0") == "a\\nb\\x00"
-    assert one_line(f"no {'9' * 5000} here") == f"no {'9' * 60}… here"
+    assert one_line("a\nb\0") == "a\\nb\\x00" and one_line(f"no {'9' * 5000} here") == f"no {'9' * 60}… here"
     shown = one_line("x " * 5000 + "remedy")
-    assert len(shown) == MOST_MESSAGE + 3
-    assert shown.endswith("remedy")
+    assert len(shown) == MOST_MESSAGE + 3 and shown.endswith("remedy")
     assert shortened("9" * 41) == f"'{'9' * 40}'… (41 characters)"

@@ -195,8 +195,7 @@ def test_two_writers_do_not_meet_in_one_name(tmp_path, monkeypatch):
 
     monkeypatch.setattr(os, "fsync", fsync_after_another)
     write_whole(file, b"first")
-    assert file.read_bytes() == b"first"
-    assert list(tmp_path.iterdir()) == [file]
+    assert file.read_bytes() == b"first" and list(tmp_path.iterdir()) == [file]
 
 
 def test_what_could_not_be_written_is_not_left_behind(tmp_path, monkeypatch):

@@ -33,8 +33,7 @@ def together(*signs: str) -> dict[str, int]:
 def test_each_listing_is_found_whole(program):
     lines = list(printed(program))
 
-    assert len(lines) > 40
-    assert lines == sorted(lines)
+    assert len(lines) > 40 and lines == sorted(lines)
 
 
 @pytest.mark.parametrize("change", [*REPAIRS, *ADAPTATIONS], ids=lambda change: f"{change.program}-{change.line}")
@@ -89,8 +88,7 @@ def test_sample_8_sets_its_own_baud_rate_and_checks_the_echo_of_every_character(
     session.bench.run(2.0)
 
     assert session.controller.serial.host.format == UartFormat(9600, 8, "N", 2)
-    assert session.moves() == FORTH_AND_TEN_TIMES_BACK_AND_FORTH
-    assert session.screen.count("C\n") == 20
+    assert session.moves() == FORTH_AND_TEN_TIMES_BACK_AND_FORTH and session.screen.count("C\n") == 20
     assert_no_complaint(session)
 
 
@@ -164,8 +162,7 @@ def test_the_sequence_waits_for_input_1_and_repeats_for_ever(program, form, line
     session.bench.run(10.0)
 
     assert session.ask("E") == "E"  # E: busy, because it waits
-    assert session.moves() == []
-    assert one_pass(session) == ON_AND_OFF
+    assert session.moves() == [] and one_pass(session) == ON_AND_OFF
     assert session.moves() == PASSES[program]
     assert_no_complaint(session)
     assert_repeats_for_ever(program, session)
@@ -175,8 +172,7 @@ def test_sample_6_leaves_an_if2_with_a_locked_sequence_that_power_up_starts(tmp_
     """5-wire: DSR is a line of the host.  If DSR is low, a locked IF2 runs its sequence at power-up."""
     session = perform(6, "V61", tmp_path, model="if2", line="2400 8N2")
     session.bench.run(10.0)
-    assert (session.ask("E"), session.ask("F")) == ("[", "32")
-    assert one_pass(session) == ON_AND_OFF
+    assert (session.ask("E"), session.ask("F")) == ("[", "32") and one_pass(session) == ON_AND_OFF
 
     session.controller.serial.host.dtr = False
     session.controller.power_cycle()
@@ -185,8 +181,7 @@ def test_sample_6_leaves_an_if2_with_a_locked_sequence_that_power_up_starts(tmp_
     assert_repeats_for_ever(6, session)
 
     session.controller.serial.host.dtr = True
-    assert session.ask("X9$") == ""
-    assert session.ask("E") == "["
+    assert session.ask("X9$") == "" and session.ask("E") == "["
     session.ask("]")
     session.ask("#")
     session.bench.run(2.0)

@@ -42,8 +42,7 @@ def test_sample_7_moves_the_axes_of_a_served_if1(tmp_path):
     screen, code = asyncio.run(serve_while_basic_runs(7, tmp_path, *options))
 
     assert code == 0
-    assert "U" in screen.split()
-    assert "ERROR" not in screen
+    assert "U" in screen.split() and "ERROR" not in screen
     with trace.open(newline="") as file:
         rows = csv.reader(line for line in file if not line.startswith("#"))
         pulses = [row[1:] for row in rows if row[1].endswith(".pulses")]

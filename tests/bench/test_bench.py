@@ -14,8 +14,7 @@ def test_the_example_of_the_package():
     bench.run(1.5)
     if1.serial.write(b"(")
     bench.run(0.1)
-    assert if1.serial.read() == b"U\r"
-    assert if1.serial.read() == b""
+    assert if1.serial.read() == b"U\r" and if1.serial.read() == b""
 
 
 def test_time_is_nanoseconds_inside_and_seconds_outside():
@@ -94,8 +93,7 @@ def test_run_until_gives_up_at_its_timeout():
 def test_controllers_have_names_and_a_free_one_is_found():
     bench = Bench()
     first, second, third = bench.add("if1"), bench.add("if1"), bench.add("IF2", name="drill")
-    assert [first.name, second.name, third.name] == ["if1", "if1-2", "drill"]
-    assert bench["drill"] is third
+    assert [first.name, second.name, third.name] == ["if1", "if1-2", "drill"] and bench["drill"] is third
     with pytest.raises(UsageError, match="the name 'drill' is in use by a controller"):
         bench.add("if1", name="drill")
 
@@ -162,8 +160,7 @@ def test_controllers_have_names_and_a_free_one_is_found():
 def test_wrong_options_are_told_in_one_line(call, message):
     with pytest.raises(AxistwinError) as caught:
         Bench().add(**call)
-    assert message in str(caught.value)
-    assert "\n" not in str(caught.value)
+    assert message in str(caught.value) and "\n" not in str(caught.value)
 
 
 def test_nothing_half_made_is_left_on_the_bench():
@@ -217,8 +214,7 @@ def test_what_changes_between_two_events_is_no_signal_of_a_trace():
     bench = Bench()
     bench.add("if1")
     names = [signal.full for signal in catalogue(bench)]
-    assert "if1.K" in names
-    assert not {"if1.Q", "if1.N"} & set(names)
+    assert "if1.K" in names and not {"if1.Q", "if1.N"} & set(names)
 
 
 def test_two_runs_are_identical():

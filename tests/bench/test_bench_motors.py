@@ -32,10 +32,8 @@ def chained(bench, count=2, **options):
 
 def test_the_names_of_a_motor(bench):
     motor = bench.add("smartmotor")
-    assert list(motor.pins) == [*"ABCDEFG", "brake", "index"]
-    assert list(motor.axes) == ["shaft"]
-    assert (motor.ambient, motor.master.count) == (25.0, 0)
-    assert str(motor.serial.host.format) == "9600 8N1"
+    assert list(motor.pins) == [*"ABCDEFG", "brake", "index"] and list(motor.axes) == ["shaft"]
+    assert (motor.ambient, motor.master.count) == (25.0, 0) and str(motor.serial.host.format) == "9600 8N1"
 
 
 def test_limit_switches_hold_c_and_d_low(bench):
@@ -64,8 +62,7 @@ def test_it_is_asked_at_every_sample_while_a_servo_moves(bench):
     shaft = motor.axes["shaft"]
     assert bench.run_until(lambda: shaft.position >= 1000, 5)
     assert 1000 <= shaft.position < 1003  # 100,000 / 65,536 counts per sample
-    assert bench.run_until(lambda: not shaft.moving, 5)
-    assert (shaft.position, shaft.commanded) == (2000, 2000)
+    assert bench.run_until(lambda: not shaft.moving, 5) and (shaft.position, shaft.commanded) == (2000, 2000)
     assert len(shaft.pulse_times()) == 2000
 
 
@@ -95,8 +92,7 @@ def test_a_chain_of_motors(bench):
     """Each motor must echo, so that the output of each motor reaches the host."""
     port, (first, second) = chained(bench)
     assert tell(bench, port, "\x81a=11 \x82a=22 ") == "\x81a=11 \x82a=22 "
-    assert tell(bench, port, "\x82Ra ") == "\x82Ra 22\r"
-    assert tell(bench, port, "\x81Ra ") == "\x81Ra 11\r"
+    assert tell(bench, port, "\x82Ra ") == "\x82Ra 22\r" and tell(bench, port, "\x81Ra ") == "\x81Ra 11\r"
     assert bench.lines["chain"].motors == (first, second)
     assert bench.ports == {"chain": port}
     for motor in (first, second):
@@ -110,8 +106,7 @@ def test_a_chain_of_motors(bench):
 
 def test_a_chain_that_takes_no_time(bench):
     port, _ = chained(bench, count=3, line="instant")
-    assert tell(bench, port, "\x80Ra ", 0) != ""
-    assert port.instant
+    assert tell(bench, port, "\x80Ra ", 0) != "" and port.instant
 
 
 def test_motors_on_an_rs485_line_hear_the_host_and_are_heard(bench):
@@ -120,8 +115,7 @@ def test_motors_on_an_rs485_line_hear_the_host_and_are_heard(bench):
     for number, motor in enumerate(motors, start=1):
         tell(bench, motor.serial, f"SADDR{number} a={11 * number} {OPEN_1}")
     line = bench.rs485(*motors)
-    assert tell(bench, line, "\x81Ra ") == "11\r"
-    assert tell(bench, line, "\x82Ra ") == "22\r"
+    assert tell(bench, line, "\x81Ra ") == "11\r" and tell(bench, line, "\x82Ra ") == "22\r"
     with pytest.raises(UsageError, match="m1 is connected to the shared RS-485 line 'rs485'"):
         _ = motors[0].rs485
     assert tell(bench, motors[0].serial, "\x81Ra ") == "11\r"
@@ -141,8 +135,7 @@ def test_the_second_channel_of_one_motor(bench):
     bench.run(0.3)
     assert list(bench.ports) == ["smartmotor"]
     tell(bench, motor.serial, OPEN_1)
-    assert tell(bench, motor.rs485, "RSP ") == "24576/476\r"
-    assert motor.serial.read() == b""
+    assert tell(bench, motor.rs485, "RSP ") == "24576/476\r" and motor.serial.read() == b""
     assert list(bench.ports) == ["smartmotor", "smartmotor.rs485"]
     assert bench.port("smartmotor.rs485") is motor.rs485
 

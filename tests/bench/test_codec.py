@@ -12,8 +12,7 @@ from axistwin.core.errors import ProgramError
     (b"U61\r", r"U61\r"), (b"\r\n", r"\r\n"), (b"\\", r"\\"), (b"\x00\x13\xff", r"\x00\x13\xFF"),
     (b"X 1000", "X 1000"), (b" X ", r"\x20X\x20"), (b"  ", r"\x20\x20"), (b"", "")])  # fmt: skip
 def test_characters_are_shown(data, text):
-    assert CHARACTERS.show(data) == text
-    assert CHARACTERS.read(text) == data
+    assert CHARACTERS.show(data) == text and CHARACTERS.read(text) == data
 
 
 @given(st.binary(max_size=40))
@@ -28,5 +27,4 @@ def test_whatever_is_shown_reads_back(data):
 def test_what_means_nothing_is_told_with_its_column(text, column, words):
     with pytest.raises(ProgramError) as caught:
         CHARACTERS.read(text)
-    assert caught.value.column == column
-    assert words in str(caught.value)
+    assert caught.value.column == column and words in str(caught.value)

@@ -94,8 +94,7 @@ def test_a_move_and_its_messages_by_interrupt(bench):
     pc = computer(bench, board, enable + SEND + THEN_SLEEP)
     pc.load(CODE, COMMANDS, commands("31 00 00 00 00 61 A8 00 03 D0 90", "A4 01", "33 00 00 61 A8", "01 2A"))
     pc.run(10)
-    assert pc.stopped
-    assert pc.memory(CODE, COUNT, 1) == b"\x02"
+    assert pc.stopped and pc.memory(CODE, COUNT, 1) == b"\x02"
     assert pc.memory(CODE, BUFFER, 2) == b"\x01\x2a"  # only the first message, because the move takes longer
     assert pc.memory(CODE, BUFFER + 16, 2) == b"\xa4\x00"
     assert (board.axes["motor"].position, len(board.axes["motor"].pulse_times())) == (25_000, 25_000)
@@ -129,8 +128,7 @@ def test_an_interrupt_waits_until_it_is_let_in(bench):
     pc = computer(bench, board, program)
     pc.load(CODE, HANDLER, code("88 1E 00 08 ; MOV [STATE],BL", "FA ; CLI", "F4 ; HLT"))
     pc.run(2)
-    assert pc.stopped
-    assert pc.memory(CODE, STATE, 1) == b"\x01"
+    assert pc.stopped and pc.memory(CODE, STATE, 1) == b"\x01"
 
 
 def test_a_software_interrupt_and_its_return(bench):

@@ -26,16 +26,14 @@ def test_a_program_of_the_model_may_have_any_name(tmp_path, model, text, moved):
 def test_what_is_wrong_in_it_is_told_as_in_a_file_with_the_usual_suffix(tmp_path):
     (tmp_path / "a.txt").write_text("X100$\nx\n")
     done = run("run", "if1", tmp_path / "a.txt")
-    assert done.code == 1
-    assert "DP101" in done.out
+    assert done.code == 1 and "DP101" in done.out
     assert ":2:1: error" in run("check", "if1", tmp_path / "a.txt").out
 
 
 def test_without_a_model_the_suffix_decides(tmp_path):
     (tmp_path / "a.txt").write_text("X100$\n")
     done = run("check", tmp_path / "a.txt")
-    assert done.code == 2
-    assert "unknown controller model: expected the argument MODEL" in done.err
+    assert done.code == 2 and "unknown controller model: expected the argument MODEL" in done.err
 
 
 @pytest.mark.parametrize("command", ["run", "check"])
@@ -56,8 +54,7 @@ def test_a_text_at_the_serial_port_is_refused_with_what_is_expected():
 @pytest.mark.parametrize("command", [("run", "if1"), ("check", "if1"), ("check", "if1", "--diff")])
 def test_a_program_may_come_by_the_standard_input(command):
     done = run(*command, "-", typed="X100$\nx\n")
-    assert done.code == 1
-    assert "-:2:1" in done.out + done.err
+    assert done.code == 1 and "-:2:1" in done.out + done.err
     assert "axistwin check if1 -" in done.err or command[0] == "check"
 
 
@@ -68,8 +65,7 @@ def test_a_conversation_is_recognised_by_its_lines(arguments, text, tmp_path):
     (tmp_path / "a.txt").write_text(text)
     by_input, by_file = run("check", *arguments, "-", typed=text), run("check", *arguments, tmp_path / "a.txt")
     assert by_input.code == by_file.code == 1
-    assert by_input.out == by_file.out.replace(str(tmp_path / "a.txt"), "-")
-    assert by_input.out.count("\n") == 1
+    assert by_input.out == by_file.out.replace(str(tmp_path / "a.txt"), "-") and by_input.out.count("\n") == 1
     assert run("run", *arguments, "-", typed=text).code == 1 or not arguments
 
 

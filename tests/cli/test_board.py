@@ -55,8 +55,7 @@ def test_a_message_is_filled_up_with_zeros():
 def test_what_is_different_is_shown_in_hex():
     bench, _ = bench_with_a_board()
     difference = play(parse("; model: 1811\n+1.1\n> 01 07\n< 01 08\n"), bench)
-    assert difference.expected.startswith("01 08 00")
-    assert difference.got.startswith("01 07 00")
+    assert difference.expected.startswith("01 08 00") and difference.got.startswith("01 07 00")
 
 
 def test_a_conversation_that_does_not_say_its_model(tmp_path):
@@ -76,11 +75,9 @@ def test_a_recording_is_played_again_to_the_nanosecond():
         board.pins["home"].drive(False)
         bench.run(1)
     text = write(recorder.conversation())
-    assert "> 33 00 00 61 A8\n" in text
-    assert "= motor.position 25000" in text
+    assert "> 33 00 00 61 A8\n" in text and "= motor.position 25000" in text
     again, _ = bench_with_a_board()
-    assert play(parse(text), again) is None
-    assert again.now == bench.now
+    assert play(parse(text), again) is None and again.now == bench.now
 
 
 def test_a_program(tmp_path):
@@ -125,8 +122,7 @@ def test_a_terminal():
     code, told, _ = run("term", "1811", "--speed", "max", typed=lines)
     assert code == 0
     assert "< 83 00 00 00 00 61 A8   position from absolute zero: position 25000 pulses" in told
-    assert "no command 'bogus'" in told
-    assert "motor  25000  at rest" in told
+    assert "no command 'bogus'" in told and "motor  25000  at rest" in told
 
 
 def test_commands():

@@ -16,8 +16,7 @@ DONE = "(\nU61\n:wait 1.5\nE\n"
 def test_a_lesson_is_resumed_after_the_last_one_that_is_done(tmp_path):
     progress = ("--progress", tmp_path / "done.json")
     first = learn("if1", *progress, typed="E\n:show\n:task\n")
-    assert "type  (\n" in first.out
-    assert "is done" not in first.out
+    assert "type  (\n" in first.out and "is done" not in first.out
     second = learn("IF1", *progress, typed=DONE)
     assert "done.  2. Choose 8 data bits" in second.out
     assert second.out.endswith("axistwin: lesson 1 is done: axistwin learn if1 begins lesson 2\n")
@@ -37,8 +36,7 @@ def test_wrong_uses(tmp_path):
     assert learn("if9").err == "axistwin: no lessons for 'if9': expected one of if1, if2, 1810, 1811, smartmotor\n"
     (tmp_path / "done.json").write_text("{")
     spoilt = learn("if1", "--progress", tmp_path / "done.json")
-    assert spoilt.code == 2
-    assert "delete the file" in spoilt.err
+    assert spoilt.code == 2 and "delete the file" in spoilt.err
     assert (
         ":task works only in a lesson: start a lesson with axistwin learn MODEL"
         in run("term", "if1", "--speed", "max", typed=":task\n").out

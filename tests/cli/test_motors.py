@@ -171,14 +171,11 @@ def test_a_recording_is_played_again_to_the_nanosecond():
         motor.pins["A"].release()
         tell(bench, motor, "RP RUA\r", 1)
     text = write(recorder.conversation())
-    assert "! A 1.25V\n" in text
-    assert "! A high\n" in text
-    assert "! A release\n" in text
-    assert text.endswith("= shaft.position 2000\n")
+    assert "! A 1.25V\n" in text and "! A high\n" in text
+    assert "! A release\n" in text and text.endswith("= shaft.position 2000\n")
     again = Bench()
     again.add("smartmotor", shaft={"limits": (-9000, 9000)})
-    assert play(parse(text), again) is None
-    assert again.now == bench.now
+    assert play(parse(text), again) is None and again.now == bench.now
 
 
 # Programs
@@ -190,8 +187,7 @@ def test_a_stored_program(tmp_path):
     code, told, noted = run("run", "smartmotor", program, "--trace", trace, "--plot", plot)
     assert (code, noted) == (0, "")
     lines = [line[14:].strip() for line in told.splitlines() if re.match(r" +\d", line)]
-    assert lines[0] == r"> RUN\r"
-    assert r"< off we go\r" in lines
+    assert lines[0] == r"> RUN\r" and r"< off we go\r" in lines
     assert lines[-1] == r"< 4000\r"
     moves = [line for line in lines if line.startswith("shaft")]
     assert [re.sub(", until.*", "", move) for move in moves] == [
@@ -347,8 +343,7 @@ def test_a_servo_has_position_and_commanded_in_a_trace(tmp_path):
     assert [int(row[0]) for row in rows] == sorted(int(row[0]) for row in rows)
     positions = [(int(time), int(value)) for time, name, value in rows if name == "smartmotor.shaft.position"]
     commanded = [(int(time), int(value)) for time, name, value in rows if name == "smartmotor.shaft.commanded"]
-    assert positions[0][1] == 0
-    assert positions[-1][1] == 2000
+    assert positions[0][1] == 0 and positions[-1][1] == 2000
     assert len({value for _, value in positions}) == len(positions)  # each change once
     assert positions[1:] == commanded[1:]  # an ideal motor
     assert [row[1:] for row in rows][-1] == ["smartmotor.A_volts", "2.5"]
@@ -550,10 +545,8 @@ def test_term():
     code, told, _ = run("term", "smartmotor", "--speed", "max", typed=lines)
     assert code == 0
     rows = [line.split() for line in told.splitlines()]
-    assert ["A", "high", "2.5V", "driven"] in rows
-    assert ["B", "low", "0V", "driven"] in rows
-    assert ["C", "high", "5V"] in rows
-    assert ["brake", "high"] in rows
+    assert ["A", "high", "2.5V", "driven"] in rows and ["B", "low", "0V", "driven"] in rows
+    assert ["C", "high", "5V"] in rows and ["brake", "high"] in rows
     assert ["shaft", "0", "at", "rest", "commanded", "0"] in rows
     assert "< 24576/476<CR>" in told
 

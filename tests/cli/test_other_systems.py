@@ -154,8 +154,7 @@ except axistwin.AxistwinError as error:
 
 def test_a_com_port_is_a_port():
     done = run("term", "COM3")
-    assert done.code == 2
-    assert done.err.startswith("axistwin: cannot open COM3 (")
+    assert done.code == 2 and done.err.startswith("axistwin: cannot open COM3 (")
 
 
 @pytest.mark.parametrize(("encoding", "arrow"), [("latin-1", b"?"), ("cp1252", b"?"), ("utf-8", "→".encode())])

@@ -53,8 +53,7 @@ def test_svg_has_axes_levels_and_words_and_is_the_same_each_time(tmp_path, trace
     assert (tmp_path / "a.svg").read_bytes() == (tmp_path / "b.svg").read_bytes()
     found = texts(tmp_path / "a.svg")
     assert {"a title", "seconds", "X  velocity", "X  position", "Y  velocity", "output1", "output2"} <= set(found)
-    assert r"> X100@1000Y-$\r" in found
-    assert not any(text.startswith("Z") for text in found)
+    assert r"> X100@1000Y-$\r" in found and not any(text.startswith("Z") for text in found)
     assert "output3" not in found
 
 
@@ -108,8 +107,7 @@ def test_a_motion_that_follows_at_once_has_no_rest_before_it():
 def test_position_ends_where_the_axis_is(trace):
     for name in ("X", "Y"):
         curve = curves(trace)[f"{name} position"]
-        assert curve.values[0] == 0
-        assert curve.values[-1] == trace.tracks[f"if1.{name}.pulses"].values[-1] != 0
+        assert curve.values[0] == 0 and curve.values[-1] == trace.tracks[f"if1.{name}.pulses"].values[-1] != 0
         assert curve.times == sorted(curve.times)
 
 
@@ -125,10 +123,8 @@ def test_a_long_curve_is_thinned_but_keeps_its_extremes():
     curve.values[54_321] = 9.0
     curve.values[12_345] = -7.0
     thin = curve.thinned(1000)
-    assert len(thin.times) <= 1010
-    assert (max(thin.values), min(thin.values)) == (9.0, -7.0)
-    assert (thin.times[0], thin.times[-1]) == (0.0, 99_999.0)
-    assert thin.times == sorted(thin.times)
+    assert len(thin.times) <= 1010 and (max(thin.values), min(thin.values)) == (9.0, -7.0)
+    assert (thin.times[0], thin.times[-1]) == (0.0, 99_999.0) and thin.times == sorted(thin.times)
 
 
 def test_many_moves_make_no_large_picture(tmp_path):

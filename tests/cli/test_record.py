@@ -64,8 +64,7 @@ def session(tmp_path_factory):
             assert line(host, b"E\r") == b"C\r"
             host.sendall(b"X300$\r")
             served.until(lambda: served.bench["if1"].axes["X"].position == 101)  # the limit switch has opened
-            assert line(host, b"K\r") == b"64\r"
-            assert line(host, b"N\r") == b"101\r"
+            assert line(host, b"K\r") == b"64\r" and line(host, b"N\r") == b"101\r"
         assert ended(program, signal.SIGINT)[0] == 130
     return path
 
@@ -135,8 +134,7 @@ def test_control_lines_formats_and_breaks_are_passed_on_and_recorded(tmp_path):
             served.until(lambda: device.host.rts)
         assert ended(program)[0] == 0
     done = [act for act in load(path).acts if isinstance(act, Do)]
-    assert [act.target for act in done] == ["rts", "line", "break", "rts"]
-    assert done[1].value == "1200 8E2"
+    assert [act.target for act in done] == ["rts", "line", "break", "rts"] and done[1].value == "1200 8E2"
 
 
 def test_the_controllers_control_lines_are_seen(tmp_path):
@@ -158,8 +156,7 @@ def test_the_controllers_control_lines_are_seen(tmp_path):
 ])  # fmt: skip
 def test_wrong_usage_is_one_line(arguments, words, tmp_path):
     code, message = refused("record", *arguments, "-o", tmp_path / "a.talk")
-    assert (code, message.count("\n")) == (2, 1)
-    assert message.startswith("axistwin: ")
+    assert (code, message.count("\n")) == (2, 1) and message.startswith("axistwin: ")
     assert words in message
 
 

@@ -36,8 +36,7 @@ def test_command_lines(axistwin):
     assert (code, err) == (0, "")
     said, _, summary = out.partition("\n\n")
     times = [float(line[:14]) for line in said.splitlines()]
-    assert times == sorted(times)
-    assert times[1] == 1.5
+    assert times == sorted(times) and times[1] == 1.5
     assert [line[16:].partition(", until")[0] for line in said.splitlines()] == [
         "= led low",
         "> (",
@@ -67,8 +66,7 @@ def test_json(axistwin):
     assert answer == {"controller": "if1", "by": "controller", "text": r"1000\r", "errors": []}
     assert [(m["axis"], m["from"], m["to"], m["top_rate"]) for m in told["moves"]] == [("X", 0, 1000, 1000.0)]
     assert told["axes"][0] == {"controller": "if1", "axis": "X", "position": 1000, "pulses": 1000}
-    assert told["difference"] is None
-    assert told["complete"] is True
+    assert told["difference"] is None and told["complete"] is True
 
 
 def test_a_conversation_that_holds(axistwin):
@@ -96,8 +94,7 @@ def test_a_conversation_says_which_options_it_needs(axistwin):
 def test_for(axistwin):
     Path("a.if1").write_text("X@1000G$\n")
     out = axistwin("if1", "a.if1", "--for", "20")[1]
-    assert "X 0 → 17" in out
-    assert "still moving at 20.000000" in out
+    assert "X 0 → 17" in out and "still moving at 20.000000" in out
     Path("a.talk").write_text(TALK.format(100))
     assert json.loads(axistwin("if1", "a.talk", "--for", "9", "--json")[1])["end_ns"] == 9_000_000_000
 
@@ -112,8 +109,7 @@ def test_what_never_ends_is_told(axistwin):
 def test_options_of_the_model_and_of_axes(axistwin):
     Path("a.if1").write_text("X1000$\nK\n")
     out = axistwin("if1", "a.if1", "--option", "X.limits=[-10,100]", "--option", "recalculation_s=0.1")[1]
-    assert "= limit_plus low" in out
-    assert r"< 64\r" in out
+    assert "= limit_plus low" in out and r"< 64\r" in out
 
 
 def test_a_motor_that_stalls_is_told(axistwin):
@@ -121,8 +117,7 @@ def test_a_motor_that_stalls_is_told(axistwin):
     out = axistwin(
         "if1", "a.if1", "--option", "X.motor={torque=[[0,0.5],[900,0.0]]}", "--option", "X.load={torque=0.1}"
     )[1]
-    assert "X is at " in out
-    assert " pulses" in out.splitlines()[-1]
+    assert "X is at " in out and " pulses" in out.splitlines()[-1]
 
 
 def test_state_is_kept(axistwin, tmp_path):
@@ -297,8 +292,7 @@ def test_refused_lines_of_the_hosts_of_a_scene(axistwin):
     Path("b.if1").write_text("X10$\nx\n")
     code, out, err = axistwin("s.toml")
     assert (code, err) == (1, "axistwin: 1 line refused: axistwin check s.toml\n")
-    assert "b: ! DP101 unknown character" in out
-    assert "a: !" not in out
+    assert "b: ! DP101 unknown character" in out and "a: !" not in out
 
 
 @pytest.mark.parametrize("option", [(), ("--strict",)])

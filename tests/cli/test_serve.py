@@ -103,8 +103,7 @@ def test_a_session_is_traced_and_recorded_and_can_be_played_again(tmp_path):
         assert said == [b"U\r", b"C\r", b"E\r", b"101\r"]
         assert ended(program) == (0, "")
     played = run("run", "if1", talk_file)
-    assert (played.code, played.err) == (0, "")
-    assert "X        0  101     101 " in played.out
+    assert (played.code, played.err) == (0, "") and "X        0  101     101 " in played.out
     assert positions(tmp_path / "a.csv") == list(range(102))
 
 
@@ -172,8 +171,7 @@ def test_a_port_in_use_is_one_line():
 def test_wrong_usage_is_one_line(arguments, words):
     code, message = refused("serve", *arguments)
     assert code == 2
-    assert message.startswith("axistwin: ")
-    assert words in message
+    assert message.startswith("axistwin: ") and words in message
     assert message.count("\n") == 1
 
 

@@ -64,8 +64,7 @@ def test_somebody_at_the_machine():
 
 def test_a_run_goes_on_while_time_passes():
     lines = after_initialisation(term("if1", *AT_ONCE, typed="X@500G$\n:wait 2\n:axes\n#\nE\n").out)
-    assert re.fullmatch(r"X  9\d\d  500 pulses/s", lines[3])
-    assert lines[-1] == "< C<CR>"
+    assert re.fullmatch(r"X  9\d\d  500 pulses/s", lines[3]) and lines[-1] == "< C<CR>"
 
 
 def test_what_a_local_command_does_not_know():
@@ -99,8 +98,7 @@ def test_what_national_keyboards_send(keyboard, typed, sent):
 
 def test_a_national_keyboard_is_for_an_if1():
     result = term("1811", "--keyboard", "uk")
-    assert result.code == 2
-    assert "--keyboard uk is only for an IF1 or IF2" in result.err
+    assert result.code == 2 and "--keyboard uk is only for an IF1 or IF2" in result.err
 
 
 def test_a_sequence_is_no_local_command():
@@ -141,10 +139,8 @@ def test_a_controller_that_does_not_answer_is_told():
 )
 def test_what_cannot_be_opened(arguments, message):
     result = term(*arguments)
-    assert result.code == 2
-    assert result.err.startswith(f"axistwin: {message}")
-    assert result.err.count("\n") == 1
-    assert "Errno" not in result.err
+    assert result.code == 2 and result.err.startswith(f"axistwin: {message}")
+    assert result.err.count("\n") == 1 and "Errno" not in result.err
 
 
 @pytest.fixture
@@ -320,5 +316,4 @@ def test_the_tutor_is_off_in_a_pipe_and_can_be_switched():
 def test_a_program_is_loaded(tmp_path):
     (tmp_path / "a.sms").write_text("UCI UDI ZS\nA=100 V=100000 P=300 G\nEND\n")
     out = term("smartmotor", *AT_ONCE, typed=f":load {tmp_path}/a.sms\n:wait 1\n:axes\n:load\n").out
-    assert "shaft  300" in out
-    assert "expected a file, e.g. :load home.sms" in out
+    assert "shaft  300" in out and "expected a file, e.g. :load home.sms" in out

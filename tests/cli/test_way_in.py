@@ -47,8 +47,7 @@ def test_errors_for_machines(tmp_path):
         found = run(*words, "--json")
         assert (found.code, found.out) == (code, "")
         error = json.loads(found.err)
-        assert error.pop("error")
-        assert error == {"exit_code": code, **rest}
+        assert error.pop("error") and error == {"exit_code": code, **rest}
 
 
 @pytest.mark.parametrize(("words", "message"), [
@@ -104,8 +103,7 @@ def test_the_title_of_a_table_and_the_place_of_an_error_are_shown_on_a_terminal(
 @pytest.mark.parametrize("words", [["commands", "1811"], ["faults"], ["examples"]])
 def test_a_pipe_gets_fields_between_tabs(words):
     lines = run(*words).out.splitlines()
-    assert len({line.count("\t") for line in lines}) == 1
-    assert not any("  " in line for line in lines)
+    assert len({line.count("\t") for line in lines}) == 1 and not any("  " in line for line in lines)
 
 
 def test_the_ports_for_machines():
@@ -177,8 +175,7 @@ def test_the_search_for_files_has_an_end(tmp_path, monkeypatch):
 @pytest.mark.parametrize("shell", ["bash", "zsh", "fish", "powershell"])
 def test_each_shell_has_a_script(shell):
     text = run("completion", shell).out
-    assert "_AXISTWIN_COMPLETE" in text
-    assert f"{shell}_complete" in text
+    assert "_AXISTWIN_COMPLETE" in text and f"{shell}_complete" in text
     if (program := shutil.which(shell)) is not None:
         assert subprocess.run([program, "-n"], input=text, text=True, check=False).returncode == 0
 

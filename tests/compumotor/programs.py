@@ -152,8 +152,7 @@ def tracked(
 def number(bench: Bench, board: Controller, opcode: int) -> int:
     """Return the number of four bytes that 98h, 99h, 9Ah or 9Bh reports."""
     data = ask(bench, board, opcode)
-    assert data[0] == opcode
-    assert not any(data[5:])
+    assert data[0] == opcode and not any(data[5:])
     return int.from_bytes(data[1:5], "big", signed=True)
 
 

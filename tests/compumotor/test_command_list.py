@@ -34,8 +34,7 @@ def test_undefined_opcodes_are_ignored_without_a_trace(bench):
     board = ready(bench)
     for opcode in UNDEFINED:
         send_all(bench, board, (opcode,), (opcode, *range(1, 16)))
-    assert message(bench, board) == b""
-    assert board.bus.read(1) == 0x50
+    assert message(bench, board) == b"" and board.bus.read(1) == 0x50
     assert board.axes["motor"].position == 0
 
 
@@ -54,8 +53,7 @@ def test_any_opcode_is_survived_and_a_reset_makes_everything_as_it_was(bench, si
 def test_a_command_that_lacks_a_parameter_byte_is_ignored(bench, opcode, size):
     board = ready(bench)
     send(bench, board, opcode, *(1,) * (size - 1))
-    assert message(bench, board) == b""
-    assert board.bus.read(1) == 0x50
+    assert message(bench, board) == b"" and board.bus.read(1) == 0x50
 
 
 def test_surplus_bytes_must_be_zero(bench):
@@ -63,8 +61,7 @@ def test_surplus_bytes_must_be_zero(bench):
     board = ready(bench)
     assert ask(bench, board, 0x01, 0x42)[:2] == b"\x01\x42"
     assert ask(bench, board, 0x01, 0x43, *(0,) * 14)[:2] == b"\x01\x43"
-    assert ask(bench, board, 0x01, 0x44, 0, 1) == b""
-    assert ask(bench, board, 0x90, 1) == b""
+    assert ask(bench, board, 0x01, 0x44, 0, 1) == b"" and ask(bench, board, 0x90, 1) == b""
 
 
 ACTS = st.one_of(

@@ -50,8 +50,7 @@ def test_a_default_move_without_velocity_or_acceleration_is_not_performed(
     send_all(bench, board, (0xA1, 1), (0x38, 1, 0, 50, 0))
     default(bench, board, velocity, acceleration)
     send(bench, board, *command, seconds=1)
-    assert messages(bench, board) == []
-    assert board.axes["motor"].pulses == 0
+    assert messages(bench, board) == [] and board.axes["motor"].pulses == 0
     assert ask(bench, board, 0x91, 0)[4:12] == bytes((*i32(velocity), *i32(acceleration)))
 
 

@@ -56,12 +56,10 @@ def test_a_hunting_motor_is_a_moving_one(bench, command):
     board = hunting(bench)
     error, pulses = number(bench, board, 0x99), position(bench, board)
     send(bench, board, *command, seconds=0.01)
-    assert board.axes["motor"].velocity == HUNTING
-    assert 0 < number(bench, board, 0x99) < error
+    assert board.axes["motor"].velocity == HUNTING and 0 < number(bench, board, 0x99) < error
     assert position(bench, board) > pulses
     assert (ask(bench, board, 0x90)[1], board.pins["direction"].level) == (0x50, True)
-    assert bench.run_until(lambda: board.axes["motor"].velocity == 0, 5)
-    assert number(bench, board, 0x99) == 0
+    assert bench.run_until(lambda: board.axes["motor"].velocity == 0, 5) and number(bench, board, 0x99) == 0
 
 
 @scripts({

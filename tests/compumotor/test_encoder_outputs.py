@@ -76,8 +76,7 @@ def test_its_edges_come_on_the_very_pulse(bench, counts_per_rev, backlash, way):
                     found.append((motor.position, before))
             until_idle(bench, board)
         edges.append(found)
-    assert edges[0] == edges[1]
-    assert len(edges[0]) >= 7
+    assert edges[0] == edges[1] and len(edges[0]) >= 7
 
 
 @pytest.mark.parametrize(("final_ccw", "found"), [(0, 25_000), (1, 25_006)])
@@ -92,8 +91,7 @@ def test_3ah_finds_the_mark_of_the_revolution_that_home_enable_marks(bench, fina
     default(bench, board, 1_000, AT_ONCE)
     send_all(bench, board, (0x18, 1), (0x38, 1, 0, 50, final_ccw), (0x0F, 3, 2, 1), (0x3A, minus))
     assert bench.run_until(lambda: not board.pins["output1"].level, 100)
-    assert board.axes["motor"].position == found
-    assert position(bench, board, 0x82) == 0
+    assert board.axes["motor"].position == found and position(bench, board, 0x82) == 0
     assert ask(bench, board, 0x96)[1] == 0xFF
 
 
@@ -114,8 +112,7 @@ def test_a_mark_is_no_news_in_a_transcript(bench):
     board = encoder_board(bench)
     assert "channel_z" not in terminals(board)
     board.pins["channel_z"].set(True)
-    assert "channel_z" in terminals(board)
-    assert "channel_z" in terminals(ready(bench))
+    assert "channel_z" in terminals(board) and "channel_z" in terminals(ready(bench))
 
 
 def test_who_waits_for_its_next_change_is_told(bench):
@@ -141,8 +138,7 @@ def test_a_wire_or_a_test_lead_takes_the_place_of_the_encoder(bench):
 def test_an_1810_has_no_hardware_for_it(bench):
     """96h: "there is no hardware on the board supporting the Z-channel input"."""
     board = encoder_board(bench, "1810")
-    assert ask(bench, board, 0x96)[1] == 0
-    assert "encoder_step" not in board.pins
+    assert ask(bench, board, 0x96)[1] == 0 and "encoder_step" not in board.pins
 
 
 @pytest.mark.parametrize("wrong", [{"index_counts": 0}, {"index_counts": 4000}])
@@ -185,5 +181,4 @@ def test_without_an_encoder_there_are_no_pulses(bench):
     board = ready(bench)
     default(bench, board, 1_000, AT_ONCE)
     send(bench, board, 0x32, 0, seconds=0.1)
-    assert not any(board.pins["encoder_step"].level for _ in range(5))
-    assert not board.pins["channel_z"].level
+    assert not any(board.pins["encoder_step"].level for _ in range(5)) and not board.pins["channel_z"].level

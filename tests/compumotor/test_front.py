@@ -182,8 +182,7 @@ def test_the_board_tells_that_the_joystick_moves_the_motor(bench, board):
     """11h: the joystick's pulses pass through the board; 88h reports bit 4, moving, too."""
     command(0x11)(bench, board)
     stick(bench, board)
-    assert shown(board, BOARD, "motion") == "moved by the joystick"
-    assert shown(board, MOVE, "MOV") is True
+    assert shown(board, BOARD, "motion") == "moved by the joystick" and shown(board, MOVE, "MOV") is True
     board.joystick.deflect(0)
     bench.run(0.02)
     assert shown(board, BOARD, "motion") == "zero velocity"

@@ -59,11 +59,9 @@ def test_every_edge_final_direction_start_and_place(bench, edge, final, start, p
     search(bench, board, int(start == CCW))
 
     axis = board.axes["motor"]
-    assert axis.position == where(centre, edge, final, late)
-    assert axis.train.move.direction == final
+    assert axis.position == where(centre, edge, final, late) and axis.train.move.direction == final
     assert axis.train.move.profile.segments[0].rate == FINAL
-    assert position(bench, board, 0x82) == 0
-    assert position(bench, board, 0x83) == axis.position
+    assert position(bench, board, 0x82) == 0 and position(bench, board, 0x83) == axis.position
 
 
 @pytest.mark.parametrize("active_high", [True, False])
@@ -77,11 +75,9 @@ def test_edges_are_physical_and_the_start_is_in_plus_and_minus(bench, edge, sens
     search(bench, board, minus=0)
     axis = board.axes["motor"]
     first = axis.train.moves[1]
-    assert first.direction == (CCW if sense else CW)
-    assert axis.position == where(centre, edge, CW, 1)
+    assert first.direction == (CCW if sense else CW) and axis.position == where(centre, edge, CW, 1)
     assert position(bench, board, 0x83) == (-axis.position if sense else axis.position)
-    assert position(bench, board, 0x82) == 0
-    assert ask(bench, board, 0x8A)[1] == (0xFF if edge == CCW else 0x00)
+    assert position(bench, board, 0x82) == 0 and ask(bench, board, 0x8A)[1] == (0xFF if edge == CCW else 0x00)
 
 
 def test_the_legs_of_a_search(bench):
@@ -147,8 +143,7 @@ def test_stop_kill_and_discontinue_end_a_search(bench, opcode, velocity):
     define(bench, board, CW, CW)
     send_all(bench, board, (0x0F, 3, 2, 1), (0x39, 1), seconds=0.15)
     send(bench, board, opcode, seconds=0.1)
-    assert board.axes["motor"].velocity == velocity
-    assert not board.pins["output1"].level
+    assert board.axes["motor"].velocity == velocity and not board.pins["output1"].level
     send(bench, board, 0x78)
     assert position(bench, board, 0x82) == position(bench, board, 0x83)
     assert len(board.axes["motor"].train.moves) == 2
@@ -160,8 +155,7 @@ def test_a_kill_in_a_later_leg_ends_the_search_too(bench, delay_s):
     define(bench, board, CW, CW)
     send_all(bench, board, (0x0F, 3, 2, 1), (0x39, 1), seconds=delay_s)
     send(bench, board, 0x78, seconds=0.1)
-    assert board.axes["motor"].velocity == 0
-    assert not board.pins["output1"].level
+    assert board.axes["motor"].velocity == 0 and not board.pins["output1"].level
     assert position(bench, board, 0x82) == position(bench, board, 0x83)
 
 
@@ -197,10 +191,8 @@ def test_the_mark_of_channel_z_while_home_enable_is_active(bench, z_high, invert
     board = encoder_machine(bench, z_high, enable_high, invert_z=invert)
     define(bench, board, CW, final, enable_high)
     search(bench, board, minus, opcode=0x3A)
-    assert board.axes["motor"].position == found
-    assert board.axes["motor"].train.move.direction == final
-    assert position(bench, board, 0x82) == 0
-    assert ask(bench, board, 0x96)[1] == 0xFF
+    assert board.axes["motor"].position == found and board.axes["motor"].train.move.direction == final
+    assert position(bench, board, 0x82) == 0 and ask(bench, board, 0x96)[1] == 0xFF
 
 
 def test_not_unless_position_is_maintained(bench):

@@ -213,8 +213,7 @@ def test_a_velocity_that_rounds_to_zero_is_kept_and_not_performed(bench, board):
     for number, velocity in ((1, 8), (2, 9)):
         send(bench, board, *continuous(number, velocity, 100_000))
     send(bench, board, 0x40, 1, seconds=0.5)
-    assert board.axes["motor"].velocity == 0
-    assert ask(bench, board, 0x91, 1)[4:8] == bytes(i32(8))
+    assert board.axes["motor"].velocity == 0 and ask(bench, board, 0x91, 1)[4:8] == bytes(i32(8))
     send(bench, board, 0x40, 2, seconds=0.5)
     assert board.axes["motor"].velocity == pytest.approx(16.667, abs=0.001)
 

@@ -58,8 +58,7 @@ def test_a_register_is_a_number_or_a_text(board):
 
 
 def test_a_board_that_was_just_switched_on_has_no_sequences(board):
-    assert board.programs == {}
-    assert registers(board) == (0, 0)
+    assert board.programs == {} and registers(board) == (0, 0)
 
 
 def test_a_command_is_listed_in_hex_and_in_words(bench, board):
@@ -74,8 +73,7 @@ def test_a_command_is_listed_in_hex_and_in_words(bench, board):
         "0B 01 ; set output: output 1",
     )
     language = board.product.language
-    assert language.read(listing.lines[0]) == bytes([0x33, *i32(25_000)])
-    assert listing.running is None
+    assert language.read(listing.lines[0]) == bytes([0x33, *i32(25_000)]) and listing.running is None
 
 
 def test_only_what_has_a_definition_is_there(bench, board):
@@ -84,8 +82,7 @@ def test_only_what_has_a_definition_is_there(bench, board):
     define(bench, board, 2)
     define(bench, board, 11, (0x0C, 1))
     send(bench, board, 0xDA, 11)
-    assert list(board.programs) == ["sequence 2", "sequence 7"]
-    assert board.programs["sequence 2"].lines == ()
+    assert list(board.programs) == ["sequence 2", "sequence 7"] and board.programs["sequence 2"].lines == ()
 
 
 def test_what_is_being_defined_is_marked(bench, board):
@@ -119,8 +116,7 @@ def test_a_streaming_mode_has_no_sequences_and_its_buffer_is_no_program(bench, b
 def test_a_command_begins_when_the_one_before_is_finished(bench, board):
     """The processor needs 1 ms (`step_ms`) for each command, before the command's own time, e.g. 5 ms of 29h."""
     define(bench, board, 3, (0x0B, 1), (0x29, 0, 0, 0, 5), (0x0C, 1), (0x0B, 2))
-    assert begun(bench, board, 3) == [(0, 1), (1, 2), (7, 3), (8, 4)]
-    assert running(board) == {}
+    assert begun(bench, board, 3) == [(0, 1), (1, 2), (7, 3), (8, 4)] and running(board) == {}
     assert registers(board) == (0, 0)
 
 
@@ -179,8 +175,7 @@ def test_kill_and_discontinue_end_it(bench, board):
     define(bench, board, 1, (0x29, 0, 0, 1, 0), (0x0C, 1))
     perform(bench, board, 1, 0.01)
     send(bench, board, 0x79)
-    assert running(board) == {}
-    assert begun(bench, board, 1, 0.01) == [(0, 1)]
+    assert running(board) == {} and begun(bench, board, 1, 0.01) == [(0, 1)]
     send(bench, board, 0x71)
     assert running(board) == {"sequence 1": 1}
     bench.run(0.3)
@@ -205,8 +200,7 @@ def test_sequences_do_not_nest_and_stay_as_they_are_while_one_is_performed(bench
 
 def test_an_empty_or_an_unknown_sequence_begins_nothing(bench, board):
     define(bench, board, 2)
-    assert perform(bench, board, 2, 0.1) == []
-    assert perform(bench, board, 3, 0.1) == []
+    assert perform(bench, board, 2, 0.1) == [] and perform(bench, board, 3, 0.1) == []
 
 
 @pytest.mark.parametrize("how", ["power", "reset"])
@@ -219,8 +213,7 @@ def test_power_and_reset_lose_everything(bench, board, how):
         board.power(False)
     else:
         board.bus.write(1, 0x20)
-    assert board.programs == {}
-    assert registers(board) == (0, 0)
+    assert board.programs == {} and registers(board) == (0, 0)
 
 
 def test_a_watcher_stays_through_a_reset(bench, board):

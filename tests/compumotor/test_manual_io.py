@@ -84,8 +84,7 @@ def test_more_than_one_bit_may_show_the_same_state(bench, board):
         board.pins["remote_enable"].drive(level)
         bench.run(0.02)
         assert ask(bench, board, 0x95)[:3] == bytes([0x95, 0xFF if level else 0, 0])
-        assert board.pins["output2"].level is level
-        assert bool(status_word(bench, board) & 4) is not level
+        assert board.pins["output2"].level is level and bool(status_word(bench, board) & 4) is not level
 
 
 @pytest.mark.parametrize(("state", "expected"), [
@@ -157,8 +156,7 @@ def test_remote_power_shutdown(bench, board):
 def test_part_number(bench, board):
     """FDh: the reply is 39 34 2D, six characters, 2D, two characters of the revision, and one or two letters."""
     data = ask(bench, board, 0xFD)
-    assert data[0] == 0xFD
-    assert re.fullmatch(rb"94-[0-9]{6}-[0-9]{2}[A-Z]{1,2}\0*", data[1:])
+    assert data[0] == 0xFD and re.fullmatch(rb"94-[0-9]{6}-[0-9]{2}[A-Z]{1,2}\0*", data[1:])
     assert len(data) == 16
 
 
@@ -173,14 +171,12 @@ def test_the_test_switch_function(bench, board, by):
             send(bench, board, 0xD9, 1)
         send(bench, board, 0xFF)
     bench.run(4.9)
-    assert not status_word(bench, board) & FAIL
-    assert not board.pins["direction"].level
+    assert not status_word(bench, board) & FAIL and not board.pins["direction"].level
     assert board.axes["motor"].position == pytest.approx(-24_500, abs=100)
     bench.run(4.9)
     assert (board.pins["direction"].level, board.pins["led"].level) == (True, False)
     bench.run(0.4)
-    assert status_word(bench, board) & FAIL
-    assert board.pins["led"].level
+    assert status_word(bench, board) & FAIL and board.pins["led"].level
     times = steps(board)
     assert (len(times), board.axes["motor"].position) == (50_000, 0)
     periods = {b - a for a, b in pairwise(times[:25_000])}
@@ -191,8 +187,7 @@ def test_the_test_switch_function(bench, board, by):
     tell_nothing(bench, board)
     board.bus.write(CONTROL, 0x20)
     bench.run(1.01)
-    assert status_word(bench, board) == 0x50
-    assert not board.pins["led"].level
+    assert status_word(bench, board) == 0x50 and not board.pins["led"].level
 
 
 def tell_nothing(bench, board):

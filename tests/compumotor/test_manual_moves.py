@@ -101,8 +101,7 @@ def test_go_relative(bench, board, distance):
     default(bench, board, 500_000, 50_000_000)
     for times in (1, 2, 3):
         assert go(bench, board, 0x33, *i32(distance)) == times * distance
-        assert position(bench, board, 0x80) == distance
-        assert position(bench, board, 0x81) == 0
+        assert position(bench, board, 0x80) == distance and position(bench, board, 0x81) == 0
 
 
 @pytest.mark.parametrize("string", [
@@ -170,5 +169,4 @@ def test_limits(bench, board, pin, sign):
     board.pins[pin].drive(False)
     bench.run(0.01)
     complete(bench, board, 0x33, *i32(sign * 10))
-    assert board.axes["motor"].position == stopped
-    assert messages(bench, board) == []
+    assert board.axes["motor"].position == stopped and messages(bench, board) == []

@@ -129,10 +129,8 @@ def test_whatever_is_written_or_read_whenever(acts):
             value = 0x50
         board.bus.write(offset, value)
         if look:
-            assert 0 <= board.bus.read(DATA) <= 255
-            assert 0 <= status_word(bench, board) <= 255
+            assert 0 <= board.bus.read(DATA) <= 255 and 0 <= status_word(bench, board) <= 255
         bench.run(wait_us / 1_000_000)
     board.bus.write(CONTROL, 0x20)
     bench.run(1.01)
-    assert status_word(bench, board) == 0x50
-    assert ask(bench, board, 0x83) == bytes([0x83]).ljust(16, b"\0")
+    assert status_word(bench, board) == 0x50 and ask(bench, board, 0x83) == bytes([0x83]).ljust(16, b"\0")

@@ -11,8 +11,7 @@ from .talking import ask, complete, default, i32, messages, position, send, send
 def byte(bench, board, *command):
     """Return the second byte of a reply; fourteen zeros must follow."""
     data = ask(bench, board, *command)
-    assert data[0] == command[0]
-    assert data[2:] == bytes(14)
+    assert data[0] == command[0] and data[2:] == bytes(14)
     return data[1]
 
 
@@ -24,8 +23,7 @@ def test_positions_on_the_way(bench, board):
     done = position(bench, board, 0x80)
     missing = position(bench, board, 0x81)
     late = board.axes["motor"].position
-    assert late <= done <= early <= 0
-    assert 5_000 + late <= missing <= 5_000 + done
+    assert late <= done <= early <= 0 and 5_000 + late <= missing <= 5_000 + done
 
 
 def test_an_excursion_of_several_continuous_moves_is_one(bench, board):
@@ -84,8 +82,7 @@ def test_velocity_on_a_ramp(bench, board):
     early = -board.axes["motor"].velocity * 10
     data = ask(bench, board, 0x85)
     late = -board.axes["motor"].velocity * 10
-    assert data[:2] == b"\x85\x10"
-    assert early - 17 <= int.from_bytes(data[2:6], "big") <= late + 17
+    assert data[:2] == b"\x85\x10" and early - 17 <= int.from_bytes(data[2:6], "big") <= late + 17
     send(bench, board, 0x78)
     assert ask(bench, board, 0x85)[2:6] == bytes(4)
 

@@ -91,8 +91,7 @@ def test_the_inner_loop_is_ignored(bench, board):
     perform(bench, board, (0x20, 4, 0, 2), (0x20, 1, 0, 9), (0x01, 1), (0x20, 1, 0, 9), (0x01, 2), (0x01, 3))
     bench.run(0.2)
     found = messages(bench, board)
-    assert found.count("01 02") == 2
-    assert found[-1] == "01 03"
+    assert found.count("01 02") == 2 and found[-1] == "01 03"
     assert found.count("01 01") == 2
 
 
@@ -105,8 +104,7 @@ def test_a_loop_until_continue(bench, board):
     send(bench, board, 0x48, seconds=0.3)
     assert messages(bench, board) == ["01 07"]
     rounds = board.axes["motor"].position
-    assert rounds % 100 == 0
-    assert 600 <= rounds <= 1_100
+    assert rounds % 100 == 0 and 600 <= rounds <= 1_100
     bench.run(1)
     assert board.axes["motor"].position == rounds
 

@@ -126,8 +126,7 @@ def test_a_killed_move_is_short_of_its_end(bench, board, opcode):
         send(bench, board, 0x33, *i32(distance), seconds=0.2)
         complete(bench, board, opcode)
         done = abs(position(bench, board, 0x80))
-        assert 0 < done < 5_000
-        assert position(bench, board, 0x81) == 5_000 - done
+        assert 0 < done < 5_000 and position(bench, board, 0x81) == 5_000 - done
 
 
 @WAYS
@@ -142,8 +141,7 @@ def test_discontinue_a_singular_command(bench, board, trigger):
     assert board.axes["motor"].velocity == velocity
     send(bench, board, 0x78)
     done = -board.axes["motor"].position
-    assert done > 8_000
-    assert position(bench, board, 0x81) == 8_000 - done
+    assert done > 8_000 and position(bench, board, 0x81) == 8_000 - done
     assert position(bench, board, 0x80) == -done
 
 

@@ -33,8 +33,7 @@ def test_a_preset_move_is_a_trapezoid_that_ends_on_the_pulse(bench, board):
     motor = board.axes["motor"]
     assert motor.position == len(times) == 25_000
     began = motor.train.move.start_ns
-    assert times[-1] - began == 348 * MS
-    assert sum(t - began <= 98 * MS for t in times) == 4_900
+    assert times[-1] - began == 348 * MS and sum(t - began <= 98 * MS for t in times) == 4_900
     assert sum(t - began <= 250 * MS for t in times) == 20_100
 
 
@@ -68,8 +67,7 @@ def test_a_velocity_is_rounded_to_the_resolution_of_its_range_and_reported_as_as
 
     move = board.axes["motor"].train.move
     rate = move.profile.rate_at(bench.now - move.start_ns)
-    assert rate % resolution == 0
-    assert abs(rate - asked) <= resolution / 2
+    assert rate % resolution == 0 and abs(rate - asked) <= resolution / 2
     assert ask(bench, board, 0x85)[:6] == bytes([0x85, x << 4, *i32(number)])
 
 
@@ -102,8 +100,7 @@ def test_a_slow_ramp_stays_on_each_level_of_the_resolution(bench, board):
     send(bench, board, 0x32, 0, seconds=2)
     move = board.axes["motor"].train.move
     rates = [segment.rate for segment in move.profile.segments]
-    assert rates == sorted(rates)
-    assert all(rate % Fraction(50, 3) == 0 for rate in rates)
+    assert rates == sorted(rates) and all(rate % Fraction(50, 3) == 0 for rate in rates)
     for ns in range(0, 1000 * MS, 10 * MS):
         assert abs(move.profile.rate_at(ns) - ns / MS) <= Fraction(50, 6) + 12
 
@@ -115,8 +112,7 @@ def test_the_start_stop_velocity(bench, board):
     complete(bench, board, 0x33, *i32(5_000))
     motor = board.axes["motor"]
     times = steps(board)
-    assert times[0] - motor.train.move.start_ns == 1 * MS
-    assert times[-1] - times[-2] == 1 * MS
+    assert times[0] - motor.train.move.start_ns == 1 * MS and times[-1] - times[-2] == 1 * MS
     assert motor.position == 5_000
 
     default(bench, board, 500, 1)
@@ -148,8 +144,7 @@ def test_fifty_moves_are_kept(bench, board):
     """X2: move numbers up to FFh are valid, but only moves 1 to 50 (32h) are kept."""
     for number in (0x32, 0x33, 0xFF):
         define(bench, board, 0xC8, number, 100, 100, i32(5))
-    assert ask(bench, board, 0x91, 0x32)
-    assert not ask(bench, board, 0x91, 0x33)
+    assert ask(bench, board, 0x91, 0x32) and not ask(bench, board, 0x91, 0x33)
     assert not ask(bench, board, 0x91, 0xFF)
 
 
@@ -166,8 +161,7 @@ def test_continuous_moves_change_speed_and_direction(bench, board):
     bench.run(0.2)
     assert motor.velocity == -20_000
     send(bench, board, 0x70, seconds=0.1)
-    assert motor.velocity == 0
-    assert position(bench, board) == motor.position == motor.pulses
+    assert motor.velocity == 0 and position(bench, board) == motor.position == motor.pulses
 
 
 def test_limit_switches_at_positions(bench):
@@ -191,5 +185,4 @@ def test_pulses_issued_are_the_distance_commanded(distance, velocity, slope, sta
     send_all(bench, board, (0xD6, *i32(start_stop)), (0x31, 0, 0, *i32(max(velocity, 17)), *i32(slope)))
     send(bench, board, 0x33, *i32(distance), seconds=100_000)
     motor = board.axes["motor"]
-    assert motor.position == motor.pulses == position(bench, board) == distance
-    assert motor.velocity == 0
+    assert motor.position == motor.pulses == position(bench, board) == distance and motor.velocity == 0

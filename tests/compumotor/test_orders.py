@@ -36,11 +36,9 @@ def test_the_orders_do_to_a_sequence_what_they_say(bench, board):
         send(bench, board, *order("sequence 2", label).says, seconds=seconds)
         return messages(bench, board)
 
-    assert say("perform", 0.25) == ["01 05"]
-    assert say("suspend", 0.5) == []
+    assert say("perform", 0.25) == ["01 05"] and say("suspend", 0.5) == []
     assert say("continue", 0.05) == ["01 05"]  # it was suspended in the 29h, and continues after it
-    assert say("discontinue", 1) == []
-    assert say("perform", 0.25) == ["01 05"]
+    assert say("discontinue", 1) == [] and say("perform", 0.25) == ["01 05"]
     assert say("kill", 1) == []
     assert not board.registers["sequence"].read()
 

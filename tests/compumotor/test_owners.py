@@ -119,8 +119,7 @@ def test_the_state_is_set_by_a_wait_alone(bench, board):
     edges = []
     board.pins["output1"].subscribe(lambda pin: edges.append((bench.now, pin.level)))
     in_a_sequence(bench, board, (0x29, 0, 0, 0, 10), (0x01, 1))
-    assert [level for _, level in edges] == [True, False]
-    assert edges[1][0] - edges[0][0] == 10 * MS
+    assert [level for _, level in edges] == [True, False] and edges[1][0] - edges[0][0] == 10 * MS
 
 
 STEPS = st.sampled_from([

@@ -30,8 +30,7 @@ def test_a_stall_is_watched_for_as_soon_as_all_four_are_defined(bench, last, ter
     bench.run(0.2)  # stalled for more than a tooth, but not yet detected
     assert board.axes["motor"].velocity
     send(bench, board, *last, seconds=0.002_1)
-    assert (board.axes["motor"].velocity == 0) is bool(termination)
-    assert messages(bench, board) == ["a6 00"]
+    assert (board.axes["motor"].velocity == 0) is bool(termination) and messages(bench, board) == ["a6 00"]
 
 
 @pytest.mark.parametrize("last", [RATIO, LAW, (0x18, 1)], ids=["B0", "B3", "18"])

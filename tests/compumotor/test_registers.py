@@ -100,11 +100,9 @@ RESETS = {
 def test_a_reset_forgets_everything(bench, board, reset):
     send_all(bench, board, (0x08, 0x07), (0x0C, 1), (0x31, 0, 0, *(0, 0, 1, 0) * 2))
     reset(board)
-    assert board.bus.read(1) == 0x40
-    assert board.pins["output1"].level
+    assert board.bus.read(1) == 0x40 and board.pins["output1"].level
     bench.run(1.01)
-    assert board.bus.read(1) == 0x50
-    assert ask(bench, board, 0x91, 0) == b"\x91\xce".ljust(16, b"\0")
+    assert board.bus.read(1) == 0x50 and ask(bench, board, 0x91, 0) == b"\x91\xce".ljust(16, b"\0")
 
 
 @pytest.mark.parametrize("reset", RESETS.values(), ids=RESETS)

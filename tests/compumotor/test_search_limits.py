@@ -93,10 +93,8 @@ def test_a_search_is_one_move(bench, board):
     send(bench, board, 0x39, 0)
     over(bench, board)
     found = messages(bench, board)
-    assert found.count("a1 00") == 1
-    assert found[0] == "a1 00"
-    assert found.count("a5 00") >= 3
-    assert found[-1] == "a5 00"
+    assert found.count("a1 00") == 1 and found[0] == "a1 00"
+    assert found.count("a5 00") >= 3 and found[-1] == "a5 00"
 
 
 @pytest.mark.parametrize("percent", [20, 50, 100])

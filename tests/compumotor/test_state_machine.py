@@ -207,8 +207,7 @@ class Host(RuleBasedStateMachine):
         before, since = self.net, self.tape.bench.now
         reply = int.from_bytes(self.ask(0x82)[1:7], "big", signed=True)
         issued = len(self.tape.board.axes["motor"].pulse_times(since))
-        assert abs(reply - before) <= issued
-        assert abs(reply - self.net) <= issued
+        assert abs(reply - before) <= issued and abs(reply - self.net) <= issued
 
     @rule()
     def the_status_of_the_motor_is_the_motors(self):
@@ -247,8 +246,7 @@ class Host(RuleBasedStateMachine):
         if not hasattr(self, "tape"):
             return
         status, interrupt = self.status, self.tape.board.bus.interrupt
-        assert not status & FAIL
-        assert bool(status & 0x40) is not bool(self.enabled)
+        assert not status & FAIL and bool(status & 0x40) is not bool(self.enabled)
         assert interrupt is bool(self.enabled and status & MESSAGE)
         assert status & 0x80 or not interrupt
 

@@ -191,8 +191,7 @@ def test_a_limit_under_the_joystick_is_told_and_stops_nothing(bench, board, pin,
     board.pins[pin].drive(True)
     bench.run(0.1)
     assert abs(board.axes["motor"].position - before) == pytest.approx(100, abs=1)
-    assert board.pins["remote_acknowledge"].level
-    assert messages(bench, board) == [f"{code:02x} 00"]
+    assert board.pins["remote_acknowledge"].level and messages(bench, board) == [f"{code:02x} 00"]
 
 
 def test_a_message_that_waits_and_an_empty_idb_are_both_in_the_status_byte(bench):

@@ -27,8 +27,7 @@ def test_the_worked_parabola_pulse_by_pulse(bench, board):
     assert steps(board) == accumulated([Fraction(50, 3) * v for v in PARABOLA], start_ns, 2 * MS)
     assert board.axes["motor"].position == sum(PARABOLA) // 30 == 26_041 == position(bench, board, 0x80)
     assert max(PARABOLA) * Fraction(50, 3) == Fraction(1_172_350, 3)  # 390.783 kHz
-    assert messages(bench, board) == ["52 01 04 00 00 00 00 00 02"]
-    assert free(bench, board) == 600
+    assert messages(bench, board) == ["52 01 04 00 00 00 00 00 02"] and free(bench, board) == 600
 
 
 BASE_CLOCKS = {
@@ -77,8 +76,7 @@ def test_the_accumulator_goes_on_for_as_long_as_it_is_refilled(bench, board):
     )
     times = steps(board)
     assert len(board.axes["motor"].train.moves) > 4  # the pulses are several moves, not one long move
-    assert times == expected[: len(times)]
-    assert board.axes["motor"].position == len(times) > 3_000
+    assert times == expected[: len(times)] and board.axes["motor"].position == len(times) > 3_000
 
 
 def test_the_seven_values_must_all_be_there(bench, board):
@@ -110,15 +108,12 @@ def test_there_and_back_by_the_direction_bit(bench, board):
     enter(bench, board, 0x51, 3, 1)
     pairs(bench, board, (1_500, 300), (0x8000 | 3_000, 500), (0x8000, 9))
     send(bench, board, 0x42, seconds=0.1)
-    assert ask(bench, board, 0x85)[:3] == b"\x85\x05\xdc"
-    assert ask(bench, board, 0x84)[1] == 0x00
+    assert ask(bench, board, 0x85)[:3] == b"\x85\x05\xdc" and ask(bench, board, 0x84)[1] == 0x00
     bench.run(0.3)
-    assert ask(bench, board, 0x85)[:3] == b"\x85\x8b\xb8"
-    assert ask(bench, board, 0x84)[1] == 0xFF
+    assert ask(bench, board, 0x85)[:3] == b"\x85\x8b\xb8" and ask(bench, board, 0x84)[1] == 0xFF
     until_idle(bench, board)
     assert board.axes["motor"].position == 300 - 500 == position(bench, board, 0x83)
-    assert position(bench, board, 0x80) == -500
-    assert position(bench, board, 0x81) == 0
+    assert position(bench, board, 0x80) == -500 and position(bench, board, 0x81) == 0
     assert ask(bench, board, 0x85)[:3] == b"\x85\0\0"
 
 
@@ -150,8 +145,7 @@ def test_distances_add_up_exactly(bench, board, sign):
     send(bench, board, 0x42, seconds=0.2)
 
     times = steps(board)
-    assert board.axes["motor"].position == sum(lengths)
-    assert len(times) == sum(abs(step) for step in lengths)
+    assert board.axes["motor"].position == sum(lengths) and len(times) == sum(abs(step) for step in lengths)
     start_ns = times[0] - 7 * MS  # the first pulse ends the first period
     for k in range(len(lengths)):
         within = [t for t in times if start_ns + 7 * MS * k < t <= start_ns + 7 * MS * (k + 1)]
@@ -200,6 +194,5 @@ def test_a_motor_that_streams_does_not_stall_where_its_strokes_meet(bench):
     velocities(bench, board, *ramp, *ramp[::-1], *[0] * 5)
     complete(bench, board, 0x42)
     axis = board.axes["motor"]
-    assert axis.train.moves[-1].direction == 1
-    assert len(axis.train.moves) > 3
+    assert axis.train.moves[-1].direction == 1 and len(axis.train.moves) > 3
     assert axis.position == axis.pulses > 1_000

@@ -66,8 +66,7 @@ def test_the_alarm_comes_once_when_the_bytes_left_are_down_to_its_value(bench, b
     alarm = bytes([0x52, 1, 1, 0, 0, 0, 20, 0, 20]).ljust(16, b"\0")
     assert message(bench, board, 1) == alarm
     assert bench.now - began == 340 * MS
-    assert free(bench, board) == 600 - 20
-    assert message(bench, board, 1) == b""
+    assert free(bench, board) == 600 - 20 and message(bench, board, 1) == b""
 
 
 @scripts({
@@ -102,8 +101,7 @@ def test_when_it_runs_dry_the_motor_stays_at_its_velocity_until_it_is_performed_
     send(bench, board, 0x42)
     assert board.bus.read(1) & USER_BIT_0  # performing
     bench.run(2)
-    assert moving_at(board, 2_000)
-    assert not board.bus.read(1) & USER_BIT_0
+    assert moving_at(board, 2_000) and not board.bus.read(1) & USER_BIT_0
     assert ask(bench, board, 0x8D)[1] == 0xFF  # 8Dh is valid only when no stream is performed
     put(4_000)
     bench.run(2)
@@ -223,8 +221,7 @@ def test_reports_while_streaming(bench, board):
     reports = {opcode: ask(bench, board, opcode) for opcode in (0x80, 0x81, 0x82, 0x83, 0x84, 0x8C)}
     at = [int.from_bytes(reports[opcode][1:size], "big") for opcode, size in ((0x80, 5), (0x82, 7), (0x83, 7))]
     assert 90 < at[0] < at[1] < at[2] < 140
-    assert reports[0x81] == b"\x81".ljust(16, b"\0")
-    assert reports[0x84][1] == 0
+    assert reports[0x81] == b"\x81".ljust(16, b"\0") and reports[0x84][1] == 0
     assert reports[0x8C][1] == 0xFF
     send(bench, board, 0x86)  # ignored while the buffer is performed
     statuses = []
@@ -263,8 +260,7 @@ def test_a_stream_is_the_same_however_it_is_run(bench, run, limits):
     # 16 velocities, then a new move with the next 16: 120 CW, 40 CCW
     begins = [there_ns + n * 16 * 2 * MS for n in range(8)] + [back_ns + n * 16 * 2 * MS for n in range(3)]
     assert [move.start_ns for move in list(moves)[1:]] == begins
-    assert messages(bench, board) == ["52 02 04 00 00 00 64 00 02"]
-    assert status_word(bench, board) & USER_BIT_0
+    assert messages(bench, board) == ["52 02 04 00 00 00 64 00 02"] and status_word(bench, board) & USER_BIT_0
     assert free(bench, board) == 600
 
 

@@ -44,8 +44,7 @@ def test_a_command(text, command):
 def test_what_is_no_command(text, column, message):
     with pytest.raises(ProgramError) as error:
         WORDS.read(text)
-    assert message in str(error.value)
-    assert error.value.column == column
+    assert message in str(error.value) and error.value.column == column
 
 
 @pytest.mark.parametrize(("message", "words"), [

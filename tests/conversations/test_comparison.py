@@ -37,8 +37,7 @@ def test_what_a_twin_has_said_it_says_again_at_the_same_time():
             if1.serial.write(words.encode())
             bench.run(seconds)
     comparison = compared(write(recorder.conversation()))
-    assert comparison.different == ()
-    assert (comparison.median_ns, comparison.worst.later_ns) == (0, 0)
+    assert comparison.different == () and (comparison.median_ns, comparison.worst.later_ns) == (0, 0)
     assert len(comparison.timed) == 3
 
 
@@ -47,21 +46,18 @@ def test_hardware_that_is_slower_is_measured_from_what_the_host_did_last():
     first, second, third = comparison.acts
     assert (first.later_ns, second.later_ns) == (0, second.twin_ns - 25 * MS)
     assert second.twin_ns == 4_958_333  # one strobe and two characters later
-    assert (second.hardware_ns, third.hardware_ns) == (25 * MS, 10 * MS)
-    assert comparison.worst is second
+    assert (second.hardware_ns, third.hardware_ns) == (25 * MS, 10 * MS) and comparison.worst is second
     assert (second.line, second.after) == (8, r"> E\r")
 
 
 def test_an_answer_that_is_another_one_and_the_conversation_goes_on():
     comparison = compared(READY + "> N\\r\n< 17\\r\n> E\\r\n< C\\r\n")
-    assert told(comparison) == [(r"17\r", r"0\r")]
-    assert comparison.acts[-1].same
+    assert told(comparison) == [(r"17\r", r"0\r")] and comparison.acts[-1].same
 
 
 def test_an_answer_that_does_not_come():
     comparison = compared(READY + "> E\\r\n< C\\r\n< C\\r\n> N\\r\n< 0\\r\n")
-    assert told(comparison) == [(r"C\r", "")]
-    assert comparison.different[0].twin_ns is None
+    assert told(comparison) == [(r"C\r", "")] and comparison.different[0].twin_ns is None
 
 
 def test_words_before_the_answer_that_nobody_expected():
@@ -71,8 +67,7 @@ def test_words_before_the_answer_that_nobody_expected():
 
 def test_words_that_come_at_the_end():
     comparison = compared(READY + "> E\\r\n")
-    assert told(comparison) == [("", r"C\r")]
-    assert comparison.different[0].line == 0
+    assert told(comparison) == [("", r"C\r")] and comparison.different[0].line == 0
 
 
 @pytest.mark.parametrize(("hardware_s", "same"), [(29, True), (28, True), (20, False)])
@@ -165,8 +160,7 @@ def test_it_must_be_said_what_answers(replay):
 
 def test_a_line_that_was_so_all_the_time_is_right():
     comparison = compared("+1.5\n= rts low\n= dtr high\n+1\n> (\n< U\\r\n= clock 2.51\n")
-    assert comparison.different == ()
-    assert [act.twin_ns for act in comparison.acts[:2]] == [None, None]
+    assert comparison.different == () and [act.twin_ns for act in comparison.acts[:2]] == [None, None]
 
 
 def test_a_pulse_that_the_recording_has_missed_is_no_change_that_it_has_seen():

@@ -68,8 +68,7 @@ def test_times_are_written_to_the_nanosecond(ns):
 def test_mistakes_have_a_place(text, place, words):
     with pytest.raises(ProgramError) as caught:
         parse(text, "a.talk")
-    assert str(caught.value).startswith(place + ": ")
-    assert words in str(caught.value)
+    assert str(caught.value).startswith(place + ": ") and words in str(caught.value)
 
 
 def test_a_file_that_is_not_there(tmp_path):

@@ -41,8 +41,7 @@ def test_the_command_lines_run():
     bench = Bench()
     if1 = bench.add("if1")
     assert send_lines(bench, read_command_lines(COMMAND_LINES), 60 * S) is None
-    assert if1.axes["X"].pulse_times().size == 2000
-    assert if1.axes["X"].position == 0
+    assert if1.axes["X"].pulse_times().size == 2000 and if1.axes["X"].position == 0
 
 
 def test_the_conversation_with_a_board_holds(bench):

@@ -50,8 +50,7 @@ def test_no_answer_is_a_difference_after_some_patience(bench, if1):
 
 def test_part_of_an_answer(bench, if1):
     shown = said(bench, "> N\\r\n< 0\\r\\n\n")
-    assert "reply is incomplete" in shown
-    assert shown.splitlines()[-1] == "               ^"
+    assert "reply is incomplete" in shown and shown.splitlines()[-1] == "               ^"
 
 
 def test_a_bare_mark_is_silence(bench, if1):
@@ -61,8 +60,7 @@ def test_a_bare_mark_is_silence(bench, if1):
 
 def test_what_is_left_over_at_the_end_is_a_difference(bench, if1):
     shown = said(bench, "> E\\r\n+0.5\n")
-    assert shown.startswith("a.talk:2: ")
-    assert "unexpected reply" in shown
+    assert shown.startswith("a.talk:2: ") and "unexpected reply" in shown
     assert r"got       C\r" in shown
 
 
@@ -77,8 +75,7 @@ def test_the_last_command_to_a_board_is_sent(bench):
     board = bench.add("1811")
     assert said(bench, "; model: 1811\n+1.5\n> 0C 01\n> 0C 02\n") == ""
     bench.run(0.1)
-    assert not board.pins["output1"].level
-    assert not board.pins["output2"].level
+    assert not board.pins["output1"].level and not board.pins["output2"].level
 
 
 @pytest.mark.parametrize(("line", "good"), [

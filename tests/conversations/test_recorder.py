@@ -147,8 +147,7 @@ def of_a_machine(made, *doings):
             doing(controller)
         bench.run(0.5)
     text = write(recorder.conversation().acts)
-    assert play(parse(text), again) is None
-    assert again.now == bench.now
+    assert play(parse(text), again) is None and again.now == bench.now
     return [f"{act.target} {act.value}" for act in recorder.conversation().acts if isinstance(act, Do)], bench, again
 
 
@@ -228,8 +227,7 @@ def test_what_a_fault_does_is_told_as_the_fault_only():
         lambda if1: if1.bench.faults.mend("power_cut"),
     )
     assert [act.split()[0] for act in acts] == ["fault", "fault", "mend"]
-    assert again["if1"].axes["X"].encoder.count == 7
-    assert again["if1"].powered
+    assert again["if1"].axes["X"].encoder.count == 7 and again["if1"].powered
 
 
 def test_what_a_scene_does_by_itself_is_left_to_the_scene():
@@ -270,8 +268,7 @@ def test_an_encoder_put_on_an_axis_by_hand_sits_there_again():
         bench.run(1)
     assert Do("master", "on a.shaft times 3/2", controller="b") in recorder.acts
     again = _again(recorder, motors)
-    assert again.now == bench.now
-    assert again["b"].master.count == bench["b"].master.count != 0
+    assert again.now == bench.now and again["b"].master.count == bench["b"].master.count != 0
     assert again["b"].axes["shaft"].position == bench["b"].axes["shaft"].position != 0
 
 
@@ -284,8 +281,7 @@ def test_a_program_loaded_while_recording_is_loaded_again():
         bench.run(0.1)
         assert motor.serial.read().endswith(b"5\r")
     again = _again(recorder, {"motor": "smartmotor"})
-    assert again.now == bench.now
-    assert again["motor"].programs == bench["motor"].programs
+    assert again.now == bench.now and again["motor"].programs == bench["motor"].programs
 
 
 @pytest.mark.parametrize(("settle", "written"), [

@@ -55,8 +55,7 @@ def test_command_lines(check):
 
 def test_warnings_alone_do_not_fail(check):
     result = check("moves.if1", "S2\n")
-    assert result.return_value == 0
-    assert result.stderr == "axistwin: moves.if1: 1 warning\n"
+    assert result.return_value == 0 and result.stderr == "axistwin: moves.if1: 1 warning\n"
 
 
 def test_a_program_without_errors(check):
@@ -111,8 +110,7 @@ def test_several_controllers_in_one_conversation(check):
 
 def test_an_unreadable_line_is_an_error_at_its_place(check):
     result = check("a.talk", "> (\n+1\n?what\n")
-    assert result.return_value == 1
-    assert result.stdout.startswith("a.talk:3:1: error: unknown kind of line")
+    assert result.return_value == 1 and result.stdout.startswith("a.talk:3:1: error: unknown kind of line")
     assert check("a.if1", "X100$\nXê$\n").stdout == "a.if1:2:2: error: 'ê' is not an ASCII character [AX104]\n"
 
 

@@ -62,8 +62,7 @@ def test_a_program_loaded_into_a_motor_of_a_chain(scene):
     ('line = "1200 7E1"', "check that the motor uses the line format 1200 7E1")])  # fmt: skip
 def test_a_program_that_the_motor_refuses(scene, more, message):
     checked, built = complaints(scene(CHAIN.format(on="right", more=more)))
-    assert len(checked) == len(built) == 1
-    assert message in checked[0]
+    assert len(checked) == len(built) == 1 and message in checked[0]
     assert message in built[0]
 
 
@@ -80,8 +79,7 @@ def test_a_terminal_of_two_names(scene, wires, message):
     if not message:
         assert (checked, built) == ([], [])
         return
-    assert checked[0].startswith("12:6: ")
-    assert message in checked[0]
+    assert checked[0].startswith("12:6: ") and message in checked[0]
     assert message in built[0]
 
 

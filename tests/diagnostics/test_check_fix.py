@@ -58,8 +58,7 @@ MENDED = {
 def test_fixes(fix, name, text):
     result, mended = fix(name, text)
     assert mended == MENDED[name, text]
-    assert result.return_value == 0
-    assert ("fixed" in result.stdout) == (mended != text)
+    assert result.return_value == 0 and ("fixed" in result.stdout) == (mended != text)
 
 
 @pytest.mark.parametrize(("name", "text"), [
@@ -106,8 +105,7 @@ def test_every_backup_has_the_program_before_its_fixes(fix):
     result, _ = fix("home.sms", old)
     assert result.stdout.splitlines()[-1] == "home.sms: the old program is in home.sms.bak"
     fix("home.sms", b"A200\n")
-    assert Path("home.sms.bak").read_bytes() == old
-    assert Path("home.sms.bak2").read_bytes() == b"A200\n"
+    assert Path("home.sms.bak").read_bytes() == old and Path("home.sms.bak2").read_bytes() == b"A200\n"
 
 
 def test_a_backup_that_cannot_be_written_leaves_the_program(fix, tmp_path, monkeypatch):
@@ -162,8 +160,7 @@ def test_a_link_is_followed(fix, tmp_path):
     (tmp_path / "there.if1").write_text("")
     (tmp_path / "here.if1").symlink_to("there.if1")
     fix("here.if1", "x1$\n")
-    assert (tmp_path / "here.if1").is_symlink()
-    assert (tmp_path / "there.if1").read_text() == "X1$\n"
+    assert (tmp_path / "here.if1").is_symlink() and (tmp_path / "there.if1").read_text() == "X1$\n"
 
 
 def test_a_file_that_cannot_be_replaced_is_unchanged(fix, tmp_path, monkeypatch):
@@ -172,8 +169,7 @@ def test_a_file_that_cannot_be_replaced_is_unchanged(fix, tmp_path, monkeypatch)
 
     monkeypatch.setattr(os, "replace", full)
     raises(AxistwinError, "moves.if1 cannot be written: no space left on device", fix, "moves.if1", "x1$\n")
-    assert (tmp_path / "moves.if1").read_text() == "x1$\n"
-    assert len(list(tmp_path.iterdir())) == 1
+    assert (tmp_path / "moves.if1").read_text() == "x1$\n" and len(list(tmp_path.iterdir())) == 1
 
 
 def test_a_file_without_fixes_is_not_written(fix, monkeypatch):

@@ -108,8 +108,7 @@ def test_a_move_that_a_fault_inhibits_is_told_with_the_way_out():
 def test_what_is_said_about_a_loaded_program_is_true_and_helps():
     bench, told = ready("smartmotor")
     say(bench, "LOAD\r", "UCI UDI ZS ", "LOAD ", "C5 a=1 END \xff\xff", "GOSUB5 ")
-    assert len(told) == 1
-    assert "UCI UDI ZS" in told[0]
+    assert len(told) == 1 and "UCI UDI ZS" in told[0]
 
 
 @pytest.mark.parametrize("model", ["if1", "smartmotor"])
@@ -128,8 +127,7 @@ def test_echoes_change_nothing(model, on):
     bench.run(1.5)
     told = telling(bench)
     say(bench, *(["("] if model == "if1" else []), on, "xyz\r", seconds=2)
-    assert len(told) == 1
-    assert f"{model}: refused xyz: " in told[0]
+    assert len(told) == 1 and f"{model}: refused xyz: " in told[0]
 
 
 def test_a_polling_host_does_not_flood():

@@ -82,8 +82,7 @@ COMMAND_LINES = {
 
 
 def test_the_command_lines_in_explanations_work() -> None:
-    assert COMMAND_LINES
-    assert [words for words in COMMAND_LINES if run(*words.split()).code] == []
+    assert COMMAND_LINES and [words for words in COMMAND_LINES if run(*words.split()).code] == []
 
 
 def error_of(text: str, suffix: str, model: str) -> Diagnostic | None:

@@ -131,8 +131,7 @@ def test_anything_at_any_time_neither_raises_nor_hangs(model, form, line, wiring
     send(bench, it, "\rU61", seconds=1.5)
     before = it.axes["X"].position
     send(bench, it, "X7$", seconds=1)
-    assert it.axes["X"].position == before + 7
-    assert ask(bench, it, "E") == b"C\r"
+    assert it.axes["X"].position == before + 7 and ask(bench, it, "E") == b"C\r"
 
 
 def put_right(bench: Bench, it: Controller) -> None:

@@ -86,8 +86,7 @@ def test_it_is_busy_from_the_first_pulse_to_the_last(bench, if1):
     for _ in range(60):  # 300 ms out, a pause of 3 ms and 50 ms back
         answers += ask(bench, if1, "E", 0.008)
     lead = answers.index(b"C")
-    assert answers[:lead] == b"E\r" * (lead // 2)
-    assert answers[lead:] == b"C\r" * (len(answers[lead:]) // 2)
+    assert answers[:lead] == b"E\r" * (lead // 2) and answers[lead:] == b"C\r" * (len(answers[lead:]) // 2)
     assert lead // 2 >= (0.353 - 0.03) / 0.008
 
 

@@ -298,8 +298,7 @@ def test_installing_a_sequence_as_sample_6_does(bench):
     play(bench, if2, "input1 high; 25 s; E<CR><LF> -> [<CR><LF>")
     # each of the 10 moves of 1000 steps at 1000/s takes 60 + 922 + 60 = 1042 ms
     ons = [at_ns for at_ns, level in on if level]
-    assert len(ons) == 3
-    assert 10_420 * MS <= ons[1] - ons[0] <= 10_423 * MS
+    assert len(ons) == 3 and 10_420 * MS <= ons[1] - ons[0] <= 10_423 * MS
 
 
 # Power cuts

@@ -262,8 +262,7 @@ def obedient_echo_host(bench: Bench, if1: Controller, text: str) -> None:
     received = arrivals(bench, if1)
     for n, character in enumerate(text, start=1):
         write(if1, character, end="")
-        assert bench.run_until(lambda n=n: len(received) == n, 5)
-        assert received[-1][1] == ord(character)
+        assert bench.run_until(lambda n=n: len(received) == n, 5) and received[-1][1] == ord(character)
     if1.serial.read()
 
 
@@ -298,8 +297,7 @@ def test_at_1200_and_2400_baud_a_longer_string_overflows_a_host_that_does_not_lo
     """Connection methods: "strings of more than 64 characters ... the DTR output must be monitored"."""
     if1 = ready(bench, line=f"{baud} 8N2")
     command(bench, if1, LONG, seconds=5, end="")
-    assert if1.axes["X"].position < 25
-    assert int(ask(bench, if1, "F")) & 8
+    assert if1.axes["X"].position < 25 and int(ask(bench, if1, "F")) & 8
 
 
 def takes_no_notice(_: Controller) -> None:
@@ -352,8 +350,7 @@ def test_whatever_is_sent_an_obedient_host_never_overflows_the_buffer(messages, 
         write(if1, message)
     bench.run(60)
     assert if1.axes["X"].position == messages.count("X1$")
-    assert if1.axes["Y"].position == 2 * messages.count("Y2$")
-    assert ask(bench, if1, "F")[-2:] == b"0\r"
+    assert if1.axes["Y"].position == 2 * messages.count("Y2$") and ask(bench, if1, "F")[-2:] == b"0\r"
 
 
 def test_x_off_goes_before_the_rest_of_a_reply_and_without_the_delay(bench):

@@ -95,8 +95,7 @@ def test_the_led_goes_out_when_the_status_has_been_read_and_the_cause_is_gone(be
     ask(bench, if1, "K")
     assert shown(if1, *lamp) is True
     if1.pins["estop"].drive(True)
-    assert shown(if1, *lamp) is True
-    assert ask(bench, if1, "K") == b"32\r"
+    assert shown(if1, *lamp) is True and ask(bench, if1, "K") == b"32\r"
     assert shown(if1, *lamp) is False
 
 
@@ -151,10 +150,8 @@ def test_a_limit_that_was_read_is_no_fault_any_more_while_the_lamp_stays_lit(ben
 def test_the_step_of_a_sequence_and_the_steps_of_a_move(bench, if1):
     """X and Y move 100 steps each at 100 steps/s: after 1.5 s, half of step 2 is done."""
     command(bench, if1, ":X100@100:Y100:$", seconds=1.5)
-    assert shown(if1, "Interface", "O") == "2"
-    assert 40 <= int(shown(if1, "Interface", "N")) <= 60
-    assert ask(bench, if1, "N", 2.0) != b""
-    assert shown(if1, "Interface", "N") == "100"
+    assert shown(if1, "Interface", "O") == "2" and 40 <= int(shown(if1, "Interface", "N")) <= 60
+    assert ask(bench, if1, "N", 2.0) != b"" and shown(if1, "Interface", "N") == "100"
 
 
 @pytest.mark.parametrize("seconds", [0.1, 0.5, 1.0, 2.5])

@@ -90,8 +90,7 @@ def test_the_instruction_may_have_inputs_outputs_and_ramp_data(bench, if1):
     # start/stop 600, acceleration 20,000: levels 600, 700, 800, 900 of 5 ms: 3 + 3.5 + 4 + 4.5 = 15 pulses each way,
     # 570 at 1000 steps/s: from the start to the last pulse 20 + 570 + 20 ms, the first pulse after 1/600 s
     y = times(if1.axes["Y"])
-    assert len(y) == 600
-    assert y[-1] - y[0] == 610_000_000 - 1_666_666
+    assert len(y) == 600 and y[-1] - y[0] == 610_000_000 - 1_666_666
     assert set(gaps(y[20:580])) == {1_000_000}
 
 
@@ -113,8 +112,7 @@ def test_a_prompt_that_is_cancelled_before_it_may_be_sent_leaves_rts_reset(bench
     command(bench, if1, "#", seconds=0.1)
     assert not if1.serial.rts
     setattr(if1.serial.host, line, True)
-    assert ask(bench, if1, "E") == b"C\r"
-    assert not if1.serial.rts
+    assert ask(bench, if1, "E") == b"C\r" and not if1.serial.rts
 
 
 def test_a_reply_that_waits_with_a_cancelled_prompt_keeps_rts_set(bench, if1):

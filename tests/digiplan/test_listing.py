@@ -132,8 +132,7 @@ def test_a_direct_message_can_be_written_as_well(text):
 
 
 def test_nothing_is_stored_in_an_interface_that_was_just_switched_on(bench, if1):
-    assert (stored(if1), running(if1)) == ((), None)
-    assert if1.programs["sequence"].silent == frozenset()
+    assert (stored(if1), running(if1)) == ((), None) and if1.programs["sequence"].silent == frozenset()
 
 
 @pytest.mark.parametrize(
@@ -180,8 +179,7 @@ def test_cancel_ends_the_step_at_once(bench, if1):
     command(bench, if1, ":X9999@2000:Y:$", seconds=1.0)
     assert running(if1) == 1
     write(if1, "#")
-    assert bench.run_until(lambda: running(if1) is None, 0.1)
-    assert if1.axes["X"].velocity > 0
+    assert bench.run_until(lambda: running(if1) is None, 0.1) and if1.axes["X"].velocity > 0
     assert stored(if1) == ("X9999@2000", "Y")
 
 

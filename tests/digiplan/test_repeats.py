@@ -60,8 +60,7 @@ def test_nested_repeats(bench, if1):
     out = edges(if1.pins["output1"])
     # 24 x 48.5 s + 48.5 s and the interface's own time; 150 x 400, 150 x 400, 25 x 50
     play(bench, if1, " : S1 : X400 @ 100 : Y : = 5, 2 : R1 : Z50 : = 24, 1 : $; 1213 s; idle; at 60000 60000 1250")
-    assert moves(if1.axes["X"]) == moves(if1.axes["Y"]) == [400] * 150
-    assert moves(if1.axes["Z"]) == [50] * 25
+    assert moves(if1.axes["X"]) == moves(if1.axes["Y"]) == [400] * 150 and moves(if1.axes["Z"]) == [50] * 25
     assert [level for _, level in out] == [True, False] * 25
     passes = gaps(at_ns for at_ns, _ in out)[1::2]
     assert all(S // 2 <= length <= S // 2 + 2 * OWN_TIME_NS for length in passes)  # Z: 50 steps at 100 steps/s

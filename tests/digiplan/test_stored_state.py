@@ -165,8 +165,7 @@ def test_half_a_file_left_beside_is_no_hindrance(tmp_path, rest):
         file.with_name(file.name + ".new").write_bytes(rest)
     assert stored_steps(tmp_path) == 10
     store(tmp_path, 20)
-    assert stored_steps(tmp_path) == 20
-    assert set(tmp_path.glob("*.json*")) == known
+    assert stored_steps(tmp_path) == 20 and set(tmp_path.glob("*.json*")) == known
 
 
 KILLED = """

@@ -8,8 +8,7 @@ from axistwin.ui.drawings.scale import Flow, grouped, round_step, signed, ticks
 
 
 def test_numbers_are_grouped_by_thousands_and_have_a_true_minus():
-    assert grouped(24000) == "24\u2009000"
-    assert grouped(-1234567) == "\u22121\u2009234\u2009567"
+    assert grouped(24000) == "24\u2009000" and grouped(-1234567) == "\u22121\u2009234\u2009567"
     assert [signed(number) for number in (5, 0, -5)] == ["+5", "0", "\u22125"]
 
 
@@ -23,19 +22,16 @@ def test_ticks_are_round():
 @given(first=st.integers(-(10**9), 10**9), span=st.integers(1, 10**9), most=st.integers(2, 50))
 def test_ticks_lie_within_and_are_few(first, span, most):
     found = list(ticks(first, first + span, most))
-    assert all(first <= tick <= first + span for tick in found)
-    assert len(found) <= most + 1
+    assert all(first <= tick <= first + span for tick in found) and len(found) <= most + 1
     step = round_step(span, most)
-    assert all(tick % step == 0 for tick in found)
-    assert str(step).rstrip("0") in ("1", "2", "5")
+    assert all(tick % step == 0 for tick in found) and str(step).rstrip("0") in ("1", "2", "5")
 
 
 def test_a_drawing_moves_smoothly_while_time_passes():
     bench, flow = Bench(), Flow()
     assert not flow.is_smooth(bench)
     bench.run(0.05)
-    assert flow.is_smooth(bench)
-    assert flow.is_smooth(bench)
+    assert flow.is_smooth(bench) and flow.is_smooth(bench)
 
 
 def test_a_jump_is_none():

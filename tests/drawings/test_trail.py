@@ -58,8 +58,7 @@ def test_in_the_middle_of_a_move_the_path_ends_at_the_table(moving):
     for _ in range(5):
         bench.run(0.1)
         trail.update()
-    assert list(trail.points) == [(0, 0), (50, 0)]
-    assert trail.here == (50, 0)
+    assert list(trail.points) == [(0, 0), (50, 0)] and trail.here == (50, 0)
 
 
 def test_two_axes_at_one_rate_make_a_straight_line(moving):
@@ -105,8 +104,7 @@ def test_of_many_moves_only_the_latest_are_drawn(moving):
         bench.run(0.02)
     trail.update()
     x = controller.axes["X"].position
-    assert trail.points[-1] == (x, 0)
-    assert trail.points[0] == (x - 10 * MOST_MOVES, 0)
+    assert trail.points[-1] == (x, 0) and trail.points[0] == (x - 10 * MOST_MOVES, 0)
     assert len(trail.points) == MOST_MOVES + 1
 
 
@@ -117,8 +115,7 @@ def test_it_is_bounded(moving):
         go("XY"[number % 2], (1000, Fraction(1, 1000)))
         bench.run(0.002)
         trail.update()
-    assert len(trail.points) == POINTS
-    assert trail.points[-1] == trail.here
+    assert len(trail.points) == POINTS and trail.points[-1] == trail.here
     assert trail.begun == POINTS + 101
 
 
@@ -132,8 +129,7 @@ def test_where_an_output_has_been_high(moving):
         output.set(True)
         bench.run(0.1)
         output.set(False)
-    assert list(trail.places["output1"]) == [(100, 0), (200, 0), (300, 0)]
-    assert not trail.places["output2"]
+    assert list(trail.places["output1"]) == [(100, 0), (200, 0), (300, 0)] and not trail.places["output2"]
     assert "input1" not in trail.places
 
 
@@ -149,8 +145,7 @@ def test_of_those_places_the_latest_are_kept(moving):
 
 
 def test_a_table_is_made_by_two_axes_with_travel():
-    assert table_axes(table()[1]) == ("X", "Y")
-    assert table_axes(table(Y={}, Z=TRAVEL)[1]) == ("X", "Z")
+    assert table_axes(table()[1]) == ("X", "Y") and table_axes(table(Y={}, Z=TRAVEL)[1]) == ("X", "Z")
     assert table_axes(table(Y={})[1]) is None
 
 
@@ -161,7 +156,6 @@ def test_with_another_bench_it_begins_anew():
         first = trails["table"]
         session.bench.run(0.5)
         await session.go_to(0.25)
-        assert trails["table"] is not first
-        assert trails["table"].here == (0, 0)
+        assert trails["table"] is not first and trails["table"].here == (0, 0)
 
     asyncio.run(back())

@@ -215,8 +215,7 @@ def test_which_raw_commands_of_ones_own_end_a_move(ports, text, ends):
         shaft.move_to(40)
         shaft.wait(5)
         motor.command(text)
-        assert (shaft.core.target is None) == ends
-        assert not shaft.status().missed
+        assert (shaft.core.target is None) == ends and not shaft.status().missed
 
 
 def test_a_command_of_ones_own_ends_a_search_for_home(ports):

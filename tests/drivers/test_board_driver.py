@@ -86,11 +86,9 @@ def test_events_sequences_closed_loop_and_streams(twin, board):
     board.command(0x41, 1)
     assert board.request(0x97)[0] == 0
     board.outputs(True, False)
-    assert board.request(0x97)[0] == 2
-    assert board.triggers().keys() == {2, 3, 4, 5}
+    assert board.request(0x97)[0] == 2 and board.triggers().keys() == {2, 3, 4, 5}
     board.closed_loop((4, 1), 25_000, 0)
-    assert board.request(0x9C)[:4] == bytes([0, 4, 0, 1])
-    assert isinstance(board.encoder(), int)
+    assert board.request(0x9C)[:4] == bytes([0, 4, 0, 1]) and isinstance(board.encoder(), int)
     board.command(1, 7)
     while not (messages := board.take_messages()):
         pass

@@ -123,8 +123,7 @@ def test_a_sequence_with_inputs_and_outputs(twin, if1):
     assert not if1.busy()
     assert [twin.pins[f"output{n}"].level for n in (1, 2, 3)] == [True, False, True]
     if1.sequence(["H2", "X40@100", "Y"])
-    assert if1.busy()
-    assert if1.inputs() == {1: False, 2: False, 3: False}
+    assert if1.busy() and if1.inputs() == {1: False, 2: False, 3: False}
     drive(twin, "input2", True)
     while if1.busy():
         pass
@@ -161,8 +160,7 @@ def test_an_initialised_controller_is_adopted_whatever_its_format(ports, twin, f
     sent_before(ports, twin, b"(", formats, b"X10")  # the last one is half a message of another host
     with connect("if1", "if1") as if1:
         if1.axes["X"].move_to(30)
-        assert if1.axes["X"].wait(60).position == true_position(twin) == 30
-        assert not if1.busy()
+        assert if1.axes["X"].wait(60).position == true_position(twin) == 30 and not if1.busy()
 
 
 def test_the_other_families_are_not_an_if1(ports):
@@ -231,5 +229,4 @@ def test_a_move_that_a_switch_prevents_makes_no_step(ports, twin, if1, monkeypat
         x.move_to(target)
         while (status := x.status()).moving:
             pass
-    assert (status.position, status.lost, true_position(twin)) == (300, "", 300)
-    assert "limit" in status.missed
+    assert (status.position, status.lost, true_position(twin)) == (300, "", 300) and "limit" in status.missed

@@ -45,8 +45,7 @@ def connected(ports, model, *, options=None, **driver_options):
         axis = controller.axes[AXES[model]]
         axis.set_profile(velocity=2000)
         yield twin, controller, axis
-        assert not axis.status().faults
-        assert moves(twin, axis)
+        assert not axis.status().faults and moves(twin, axis)
 
 
 def toggle(pin):
@@ -112,8 +111,7 @@ def test_at_a_limit_that_is_active(ports, model, sign):
             raises(StoppedError, "move in the other direction", axis.wait, 1)
         axis.clear_faults()
         raises(RefusedError, "limit is active: move in the other direction", axis.move_by, sign * 100)
-        assert moves(twin, axis, -sign * 300)
-        assert moves(twin, axis, sign * 20)
+        assert moves(twin, axis, -sign * 300) and moves(twin, axis, sign * 20)
         axis.move_to(0)
         axis.wait(60)
 
@@ -194,8 +192,7 @@ def test_after_a_communication_fault(ports, name, remedy):
     with connected(ports, "if1") as (twin, _, x):
         faults = twin._device._interface.faults
         faults.raise_line(type(faults.line)[name])
-        assert [found.remedy for found in x.status().faults] == [remedy]
-        assert moves(twin, x, 1)
+        assert [found.remedy for found in x.status().faults] == [remedy] and moves(twin, x, 1)
         x.clear_faults()
 
 
@@ -388,8 +385,7 @@ def test_after_a_search_for_home_that_failed(ports):
         motor.clear_faults()
         assert not motor.status().faults
         motor.home(-1)
-        assert motor.wait(60).position == 0
-        assert moves(twin, motor, -50)
+        assert motor.wait(60).position == 0 and moves(twin, motor, -50)
 
 
 # A board that does not go on

@@ -40,8 +40,7 @@ def test_functions_are_executed_in_one_other_process():
         return [await background.run(os.getpid) for _ in range(3)]
 
     first, *others = run(play)
-    assert first != os.getpid()
-    assert others == [first, first]
+    assert first != os.getpid() and others == [first, first]
 
 
 def test_the_event_loop_is_free_while_a_function_is_executed(gate):

@@ -43,18 +43,15 @@ def told(editing, text):
     (":X100|", ":@SR", "A=<>^"), (":H1|", "XA=:", ">"), ("P4|", ",$", "XS"), ("E|", "", "X$")])  # fmt: skip
 def test_the_characters_that_may_follow(text, there, not_there):
     found = offered(IF1, text)
-    assert set(there) <= set(found)
-    assert not set(not_there) & set(found)
+    assert set(there) <= set(found) and not set(not_there) & set(found)
 
 
 def test_no_completions_in_comments_and_times():
-    assert offered(IF1, "X100$ ; the |") == []
-    assert offered(IF1, "+1|") == []
+    assert offered(IF1, "X100$ ; the |") == [] and offered(IF1, "+1|") == []
 
 
 def test_a_number_has_the_meaning_of_its_command():
-    assert told(IF1, "X100 @ 5|00$")[:2] == ["**@** speed data", "`@ speed`"]
-    assert told(IF1, "; X|") is None
+    assert told(IF1, "X100 @ 5|00$")[:2] == ["**@** speed data", "`@ speed`"] and told(IF1, "; X|") is None
 
 
 def test_the_steps_of_a_sequence():
@@ -69,10 +66,8 @@ def test_the_steps_of_a_sequence():
 
 
 def test_only_valid_commands_are_completed():
-    assert "go_relative" in offered(BOARD, "|")
-    assert "wait_seconds" not in offered(BOARD, "|")
-    assert "wait_seconds" in offered(BOARD, "D9 01\n|")
-    assert "stop" not in offered(BOARD, "D9 01\nst|")
+    assert "go_relative" in offered(BOARD, "|") and "wait_seconds" not in offered(BOARD, "|")
+    assert "wait_seconds" in offered(BOARD, "D9 01\n|") and "stop" not in offered(BOARD, "D9 01\nst|")
     assert "distance_time_data" in offered(BOARD, "53 01 04 00 00 00 00 00 02\n|")
     assert "perform_move" not in offered(BOARD, "53 01 04 00 00 00 00 00 02\n|")
 
@@ -124,8 +119,7 @@ def test_values_of_a_parameter():
 def test_the_parameter_at_the_cursor_is_emphasised():
     assert "- **distance" in told(BOARD, "go_relative 25|000")[2]
     assert "- **distance" in told(BOARD, "33 00 00 61 A|8")[2]
-    assert told(BOARD, "go_r|elative 25000")[0] == "**33** go relative"
-    assert told(BOARD, "nonsense|") is None
+    assert told(BOARD, "go_r|elative 25000")[0] == "**33** go relative" and told(BOARD, "nonsense|") is None
 
 
 def test_sequences_and_moves():
@@ -149,17 +143,14 @@ def test_parts_of_a_block_are_completed_only_inside_the_block():
 
 def test_commands_that_a_program_cannot_contain_are_not_completed():
     found = offered(MOTOR, "|")
-    assert "GOSUBn" in found
-    assert not {"LOAD", "KGON", "MD50"} & set(found)
+    assert "GOSUBn" in found and not {"LOAD", "KGON", "MD50"} & set(found)
 
 
 def test_labels_variables_and_values():
     assert offered(MOTOR, "C5 RETURN C12 RETURN\nGOSUB|") == ["GOSUB5", "GOSUB12"]
     found = offered(MOTOR, "aa=1\nb=aa+|")
-    assert {"@P", "CLK", "aa", "b", "ab["} <= set(found)
-    assert "MP" not in found
-    assert {"UAI", "@P"} <= set(offered(MOTOR, "IF |"))
-    assert offered(MOTOR, "a=1 'not |") == []
+    assert {"@P", "CLK", "aa", "b", "ab["} <= set(found) and "MP" not in found
+    assert {"UAI", "@P"} <= set(offered(MOTOR, "IF |")) and offered(MOTOR, "a=1 'not |") == []
 
 
 STATEMENT = st.sampled_from(
@@ -197,8 +188,7 @@ def test_hover_over_commands_values_and_labels():
     assert told(MOTOR, "a=@P|E+1")[0] == "**@PE** position error"
     assert told(MOTOR, "a=@P|E+1")[1] == "in counts"
     assert told(MOTOR, "GOS|UB5\nEND\nC5 RETURN")[0] == "C5 is on line 3"
-    assert told(MOTOR, "GOS|UB6")[0] == "There is no label C6"
-    assert told(MOTOR, "'A|=1") is None
+    assert told(MOTOR, "GOS|UB6")[0] == "There is no label C6" and told(MOTOR, "'A|=1") is None
 
 
 def test_labels_with_their_comments():
@@ -236,8 +226,7 @@ def test_data_of_the_host_are_in_the_language_of_the_family():
 def test_marks_and_headers_are_completed_and_explained():
     assert offered(TALK, "|") == [">", "<", "+", "!", "=", ";"]
     assert offered(TALK, "; |") == ["model: ", "options: ", "line: ", "patience: "]
-    assert "1811" in offered(TALK, "; model: |")
-    assert told(TALK, "|> X\\r") == ["**>** the host transmits"]
+    assert "1811" in offered(TALK, "; model: |") and told(TALK, "|> X\\r") == ["**>** the host transmits"]
     assert told(TALK, HEAD.format("if1") + "! inp|ut1 high")[0].startswith("**input1** terminal")
 
 

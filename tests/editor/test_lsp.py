@@ -39,8 +39,7 @@ def spans(found):
 
 
 def test_the_capabilities_of_the_server(client):
-    assert client.capabilities["hoverProvider"]
-    assert client.capabilities["documentSymbolProvider"]
+    assert client.capabilities["hoverProvider"] and client.capabilities["documentSymbolProvider"]
     assert client.capabilities["codeActionProvider"]["codeActionKinds"] == ["quickfix"]
     assert "=" in client.capabilities["completionProvider"]["triggerCharacters"]
 
@@ -177,8 +176,7 @@ def test_a_call_leads_to_its_label_and_a_label_to_its_calls(client):
     uri = "file:///bench/calls.sms"
     client.open(uri, "GOSUB5\nIF a GOTO5 ENDIF\nGOTO7\nEND\nC5\nRETURN\n")
     label = {"uri": uri, "range": {"start": {"line": 4, "character": 0}, "end": {"line": 4, "character": 2}}}
-    assert client.at("definition", uri, 0, 2) == label
-    assert client.at("definition", uri, 2, 2) is None
+    assert client.at("definition", uri, 0, 2) == label and client.at("definition", uri, 2, 2) is None
     assert client.at("definition", uri, 3, 1) is None
     asked = {
         "textDocument": {"uri": uri},
@@ -194,8 +192,7 @@ def test_a_file_that_a_scene_names_is_opened(client, tmp_path):
     uri = (tmp_path / "bench.toml").as_uri()
     client.open(uri, '[[controller]]\nmodel = "if1"\nhost = ["moves.if1", "none.if1"]\n')
     assert client.at("definition", uri, 2, 10)["uri"] == (tmp_path / "moves.if1").as_uri()
-    assert client.at("definition", uri, 2, 24) is None
-    assert client.at("definition", uri, 1, 2) is None
+    assert client.at("definition", uri, 2, 24) is None and client.at("definition", uri, 1, 2) is None
 
 
 def test_a_conversation_without_a_model_has_a_warning(client):
@@ -205,8 +202,7 @@ def test_a_conversation_without_a_model_has_a_warning(client):
 
 def test_a_text_of_another_kind_is_ignored(client):
     uri = "file:///bench/notes.txt"
-    assert client.open(uri, "x\n") == []
-    assert client.at("hover", uri, 0, 0) is None
+    assert client.open(uri, "x\n") == [] and client.at("hover", uri, 0, 0) is None
     assert client.at("completion", uri, 0, 0)["items"] == []
 
 

@@ -30,8 +30,7 @@ def test_each_has_a_page_with_a_picture(name):
 @pytest.mark.parametrize("name", SCENES)
 def test_each_runs_by_itself_and_ends(name):
     result = CliRunner().invoke(axistwin, ["run", str(EXAMPLES / name / "scene.toml"), "--json"])
-    assert result.exit_code == 0
-    assert json.loads(result.stdout)["note"] == ""
+    assert result.exit_code == 0 and json.loads(result.stdout)["note"] == ""
 
 
 # The X-Y table
@@ -80,8 +79,7 @@ def test_the_winder_lays_three_layers_and_keeps_its_place():
     bench.run(1.5)
     assert motor.position > 0, "somebody has knocked against it"
     bench.run(5)
-    assert abs(motor.encoder.count) <= 1
-    assert motor.position == pytest.approx(120 * 6.25, abs=6.25 * 3)
+    assert abs(motor.encoder.count) <= 1 and motor.position == pytest.approx(120 * 6.25, abs=6.25 * 3)
 
 
 def test_a_winder_that_jams_loses_pulses_and_the_encoder_knows():

@@ -33,8 +33,7 @@ def test_characters_are_lost(bench):
     assert says(bench, b"\r\rN\r") == b"0\r"
     assert not fault.on, "the two characters have been lost"
     fault = bench.faults.add("lose", way="from", here="if1")
-    assert says(bench, b"N\r") == b"\r"
-    assert says(bench, b"N\r") == b"0\r"
+    assert says(bench, b"N\r") == b"\r" and says(bench, b"N\r") == b"0\r"
 
 
 def test_characters_are_doubled_or_flipped(bench):
@@ -97,8 +96,7 @@ def test_delayed_characters_keep_their_order(bench):
 
 def test_a_jitter_keeps_the_order(bench):
     bench.faults.add("delay", "if1", seconds=0.0, jitter=0.02, seed=3, way="from")
-    assert says(bench, b"X12$\r", 2.0) == b""
-    assert says(bench, b"N\r", 1.0) == b"12\r"
+    assert says(bench, b"X12$\r", 2.0) == b"" and says(bench, b"N\r", 1.0) == b"12\r"
 
 
 def test_a_cut_cable_switches_the_control_lines_off(bench):
@@ -114,8 +112,7 @@ def test_a_cut_cable_switches_the_control_lines_off(bench):
 
 def test_one_direction_can_be_cut_alone(bench):
     bench.faults.add("cut", "if1", way="from", duration=0.1)
-    assert says(bench, b"X50$\r", 1.0) == b""
-    assert says(bench, b"N\r") == b"50\r"
+    assert says(bench, b"X50$\r", 1.0) == b"" and says(bench, b"N\r") == b"50\r"
 
 
 def test_the_end_of_a_cut_does_not_end_another_cut(bench):

@@ -118,8 +118,7 @@ def test_an_open_limit_switch(model):
         controller.pins["D"].drive(False)
     closed = controller.product.closed_level
     fault = bench.faults.add("open_limit", model, side="plus")
-    assert controller.pins[plus].level is not closed
-    assert controller.pins[minus].level is closed
+    assert controller.pins[plus].level is not closed and controller.pins[minus].level is closed
     fault.mend()
     assert controller.pins[plus].level is closed
 
@@ -162,8 +161,7 @@ def test_a_servo_follows_its_faulty_encoder(motor):
 
 def test_a_servo_with_a_reversed_encoder_has_a_position_error(motor):
     motor.bench.faults.add("encoder_reversed", "smartmotor.shaft")
-    assert says(motor, b"P=2000 G ", 1.0) == b""
-    assert says(motor, b"RBe ") == b"1\r"
+    assert says(motor, b"P=2000 G ", 1.0) == b"" and says(motor, b"RBe ") == b"1\r"
 
 
 def test_an_encoder_fault_remains_after_a_power_cycle(motor):
@@ -293,8 +291,7 @@ def test_a_drive_fault_sets_its_input_and_removes_the_torque(bench, axis, pin):
     if1.serial.write(f"{axis}1000$\r".encode())
     bench.faults.add("drive_fault", f"if1.{axis}", when=f"{axis} passes 200", here="if1")
     bench.run(5.0)
-    assert not if1.pins[pin].level
-    assert if1.axes[axis].position in range(196, 206)
+    assert not if1.pins[pin].level and if1.axes[axis].position in range(196, 206)
     assert says(if1, b"K\r") == b"16\r"
 
 
@@ -384,8 +381,7 @@ def test_the_controller_works_after_each_kind_of_fault(bench, name):
 @pytest.mark.parametrize("name", KINDS)
 def test_every_kind_has_descriptions(name):
     kind = KINDS[name]
-    assert kind.doc
-    assert kind.begin.__doc__
+    assert kind.doc and kind.begin.__doc__
     assert all(parameter.doc for parameter in kind.parameters)
 
 

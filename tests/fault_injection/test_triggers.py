@@ -33,8 +33,7 @@ def test_a_fault_begins_at_the_exact_time(bench, when, nth, at_position):
     where = f"; {when}\n> X400$\\r\n+3\n! input2 high\n> N\\r\n< 400\\r\n> X-$\\r\n+3\n! input2 low\n+1"
     assert play(parse(where), bench) is None
     assert fault.on
-    assert found[0][0] == "begins"
-    assert found[0][1] == at_position
+    assert found[0][0] == "begins" and found[0][1] == at_position
 
 
 def test_a_servo_passes_a_position_in_the_exact_sample():
@@ -181,8 +180,7 @@ def test_a_recording_with_faults_can_be_replayed():
         return write(recorder.conversation())
 
     first = record(parse(START + CONVERSATION))
-    assert "! fault jam if1.X name=jam" in first
-    assert "! mend jam" in first
+    assert "! fault jam if1.X name=jam" in first and "! mend jam" in first
     assert record(parse(first)) == first
 
 

@@ -95,8 +95,7 @@ def test_an_fmu_contains_the_scene_without_its_ports(unpacked):
     folder = unpacked(start=r"my-table: > X100$\r")
     resources = folder / "resources"
     copy = Scene.load(resources / "scene" / "scene.toml")
-    assert copy.ports == []
-    assert copy.data["controller"][0]["host"] == "go.if1"
+    assert copy.ports == [] and copy.data["controller"][0]["host"] == "go.if1"
     assert "state" not in copy.data["controller"][0]
     assert (resources / "scene" / "go.if1").read_text() == LINES
     described = ET.parse(folder / "modelDescription.xml").getroot()
@@ -122,8 +121,7 @@ def test_the_step_does_not_change_the_pulses(scene, unpacked, step_s):
     tool = Tool(instance(unpacked()))
     tool.run(END_S, step_s)
     found, expected = (bench["my-table"].axes["X"].pulse_times().tolist() for bench in (tool.machine.bench, native))
-    assert found == expected
-    assert len(found) == 4500
+    assert found == expected and len(found) == 4500
 
 
 def test_inputs_act_at_communication_points(scene, unpacked):
@@ -151,8 +149,7 @@ def test_inputs_act_at_communication_points(scene, unpacked):
         levels = [{pin: each.level for pin, each in bench[name].pins.items()} for bench in (machine, native)]
         assert levels[0] == levels[1]
     axes = [bench["my-table"].axes["X"] for bench in (machine, native)]
-    assert axes[0].pulse_times().tolist() == axes[1].pulse_times().tolist()
-    assert axes[0].outside_torque == -0.4
+    assert axes[0].pulse_times().tolist() == axes[1].pulse_times().tolist() and axes[0].outside_torque == -0.4
     assert axes[0].lost == axes[1].lost == tool["'my-table'.X.pulses"] - tool["'my-table'.X.position"]
     assert tool["'my-table'.X.angle"] == pytest.approx(axes[1].position * 6.283185307 / axes[1].per_rev)
     assert machine["my-table"].pins["input3"].level
@@ -265,8 +262,7 @@ def test_another_version_of_axistwin_is_refused(unpacked):
 def test_errors_are_one_line_and_nothing_is_written(scene, words, told, monkeypatch):
     monkeypatch.chdir(scene.parent)
     done = run("fmu", scene, *words)
-    assert (done.code, done.out, len(done.err.splitlines())) == (2, "", 1)
-    assert told in done.err
+    assert (done.code, done.out, len(done.err.splitlines())) == (2, "", 1) and told in done.err
     assert sorted(path.name for path in scene.parent.iterdir()) == ["go.if1", "scene.toml"]
 
 

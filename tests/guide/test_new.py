@@ -23,8 +23,7 @@ def test_a_new_scene_has_no_errors_and_moves(tmp_path, models, host):
     assert len(files) == 1 + (0 if host == "outside" else len(models.split(",")))
     if host != "outside":
         ran = run("run", files[0], "--for", 10)
-        assert ran.code == 0
-        assert " → " in ran.out
+        assert ran.code == 0 and " → " in ran.out
 
 
 def test_a_question_is_repeated_after_an_invalid_answer(tmp_path):
@@ -32,8 +31,7 @@ def test_a_question_is_repeated_after_an_invalid_answer(tmp_path):
     done = run("new", tmp_path, typed=typed)
     assert done.code == 0
     text = (tmp_path / "scene.toml").read_text(encoding="utf-8")
-    assert "[controller.axes.X]" in text
-    assert "[controller.axes.Y]" not in text
+    assert "[controller.axes.X]" in text and "[controller.axes.Y]" not in text
     assert text.count("limits = [-100, 20000]") == 2
     assert Scene.load(tmp_path / "scene.toml").ports == [
         ("if1", "rfc2217://127.0.0.1:6000"), ("smartmotor", "rfc2217://127.0.0.1:6001"),

@@ -68,8 +68,7 @@ def test_a_motion_has_arrived_only_at_its_target():
         for way, reason in reasons.items():
             arrived, error, position = ends[way]
             assert not arrived and reason in error and 0 < position < 90_000
-        assert ends["nobody"] == [True, "", ends["Stop"][2] + 300]
-        assert ends["a run"][:2] == [False, ""]
+        assert ends["nobody"] == [True, "", ends["Stop"][2] + 300] and ends["a run"][:2] == [False, ""]
         assert not after
 
 

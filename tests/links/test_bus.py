@@ -50,8 +50,7 @@ class Host:
 
     def command(self, text, control="10"):
         self.wait(READY)
-        assert self.ask(f"w 0 {text}") == "ok"
-        assert self.ask(f"w 1 {control}") == "ok"
+        assert self.ask(f"w 0 {text}") == "ok" and self.ask(f"w 1 {control}") == "ok"
 
     def message(self, control="80"):
         self.wait(MESSAGE)
@@ -127,13 +126,10 @@ def test_time_follows_the_wall_clock():
 def test_the_interrupt_line_is_told_as_it_changes(served, port):
     with Host(port) as host:
         host.wait(READY)
-        assert host.ask("i") == "0"
-        assert host.ask("s 1") == "ok"
+        assert host.ask("i") == "0" and host.ask("s 1") == "ok"
         host.command("01 07", control="50")
-        assert host.line() == "! 1"
-        assert host.ask("i") == "1"
-        assert host.message(control="c0")[:2] == b"\x01\x07"
-        assert host.line() == "! 0"
+        assert host.line() == "! 1" and host.ask("i") == "1"
+        assert host.message(control="c0")[:2] == b"\x01\x07" and host.line() == "! 0"
         assert host.ask("s 0") == "ok"
         host.command("01 08", control="50")
         host.wait(MESSAGE)
@@ -145,8 +141,7 @@ def test_an_answer_comes_before_the_change_it_causes(served, port):
         host.wait(READY)
         host.command("01 07")
         host.wait(MESSAGE)
-        assert host.ask("s 1") == "ok"
-        assert [host.ask("w 1 40"), host.line()] == ["ok", "! 1"]
+        assert host.ask("s 1") == "ok" and [host.ask("w 1 40"), host.line()] == ["ok", "! 1"]
 
 
 def test_init_is_the_reset_line(served, port):
@@ -186,8 +181,7 @@ def test_a_board_without_power_drives_nothing(served, port):
     )])  # fmt: skip
 def test_what_is_wrong_is_answered_by_one_line(port, request_, answer):
     with Host(port) as host:
-        assert host.ask(request_).startswith(answer)
-        assert host.ask("i") == "0"
+        assert host.ask(request_).startswith(answer) and host.ask("i") == "0"
 
 
 def test_nothing_is_written_if_one_of_the_bytes_is_wrong(port):

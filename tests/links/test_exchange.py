@@ -131,12 +131,10 @@ def test_words_that_had_not_been_handed_over_are_when_it_falls_muted(place):
 def test_another_client_is_refused_and_told_once_why(place, caplog):
     place.mute()
     with caplog.at_level(logging.WARNING, "axistwin.links"):
-        assert not place.plug.connect(Client("first"))
-        assert not place.plug.connect(Client("second"))
+        assert not place.plug.connect(Client("first")) and not place.plug.connect(Client("second"))
     assert [record.getMessage() for record in caplog.records] == ["if1: refused first, as the run is being repeated"]
     place.hear_again()
-    assert place.plug.connect(Client("third"))
-    assert place.plug.client_name == "third"
+    assert place.plug.connect(Client("third")) and place.plug.client_name == "third"
 
 
 def test_nothing_is_done_when_a_client_goes_and_all_of_it_later(place):
@@ -332,8 +330,7 @@ def test_a_client_goes_on_with_a_bench_that_has_taken_the_place_of_another(serve
         host.sendall(b"X1000S3$\r")
         served.bench = new
         served.until(lambda: new["if1"].axes["X"].position == 1000)
-    assert (served.server.bench, old.now) == (new, reached)
-    assert old["if1"].axes["X"].position == 0
+    assert (served.server.bench, old.now) == (new, reached) and old["if1"].axes["X"].position == 0
 
 
 def test_characters_sent_while_nobody_was_heard_arrive_then(served):

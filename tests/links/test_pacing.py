@@ -77,8 +77,7 @@ def test_many_events_are_done_in_blocks(clock, loop):
 def test_nothing_is_done_while_nothing_is_due(clock, loop, speed):
     paced(clock, loop, speed)
     loop.run_to(1000)
-    assert loop.woken == 0
-    assert loop.handles == []
+    assert loop.woken == 0 and loop.handles == []
 
 
 def test_at_full_speed_all_that_is_due_happens_without_the_wall_clock(clock, loop):

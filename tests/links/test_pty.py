@@ -75,8 +75,7 @@ def test_the_device_shows_the_usual_format_to_who_comes(served, path):
     device = os.open(path, os.O_RDWR | os.O_NOCTTY)
     try:
         _, _, flags, _, _, speed, _ = termios.tcgetattr(device)
-        assert speed == termios.B9600
-        assert flags & termios.CSTOPB
+        assert speed == termios.B9600 and flags & termios.CSTOPB
     finally:
         os.close(device)
 
@@ -138,8 +137,7 @@ def test_a_client_that_does_not_read_loses_characters_and_no_more(served, if1, p
         port = served.server._plugs["if1"].client
         for _ in range(20):
             served.do(lambda: port.deliver(b"x" * 20_000, 0))
-        assert len(port._writer._waiting) <= 64 * 1024
-        assert port._writer._dropped > 0
+        assert len(port._writer._waiting) <= 64 * 1024 and port._writer._dropped > 0
         host.reset_input_buffer()
         host.write(b"E\r")
         assert host.read_until(b"\r").endswith(b"C\r")
@@ -208,8 +206,7 @@ def test_a_link_left_behind_is_replaced_though_its_number_is_ours_now(served, if
     for end in ends:
         os.close(end)
     served.open(if1, f"pty:{link}")
-    assert os.readlink(link).startswith("/dev/pts/")
-    assert link.exists()
+    assert os.readlink(link).startswith("/dev/pts/") and link.exists()
 
 
 @pytest.mark.parametrize("name", ["file", "directory", "link"])

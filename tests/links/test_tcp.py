@@ -39,8 +39,7 @@ def vanish(connection):
 def test_a_host_initialises_an_if1_and_moves(served):
     if1 = served.add(initialised=False)
     with dial(served.open(if1)) as host:
-        assert ask(host, b"(", b"U\r") == b"U\r"
-        assert ask(host, b"U61\rE\r") == b"C\r"
+        assert ask(host, b"(", b"U\r") == b"U\r" and ask(host, b"U61\rE\r") == b"C\r"
         host.sendall(b"X123$\r")
         served.until(lambda: if1.axes["X"].position >= 123)
         assert ask(host, b"N\r", b"123\r") == b"123\r"
@@ -49,15 +48,13 @@ def test_a_host_initialises_an_if1_and_moves(served):
 def test_with_true_character_times_the_answer_is_the_same(served):
     if1 = served.add(line="1200 8N2", initialised=False)
     with dial(served.open(if1)) as host:
-        assert ask(host, b"(", b"U\r") == b"U\r"
-        assert ask(host, b"U61\rE\r") == b"C\r"
+        assert ask(host, b"(", b"U\r") == b"U\r" and ask(host, b"U61\rE\r") == b"C\r"
         assert if1.serial.host.baudrate == 1200
 
 
 def test_a_port_listens_on_this_machine_only_and_tells_its_number(served):
     url = served.open(served.add(), "tcp://:0")
-    assert url.host == "127.0.0.1"
-    assert url.port > 0
+    assert url.host == "127.0.0.1" and url.port > 0
 
 
 @pytest.mark.parametrize(("host", "looked_up"), [("127.0.0.1", False), ("localhost", True), ("::1", True)])
@@ -148,8 +145,7 @@ def test_reset_on_connect_gives_each_client_a_controller_just_switched_on():
         url = served.open(served.add())
         for _ in range(2):
             with dial(url) as host:
-                assert ask(host, b"(", b"U\r") == b"U\r"
-                assert ask(host, b"U61\rE\r") == b"C\r"
+                assert ask(host, b"(", b"U\r") == b"U\r" and ask(host, b"U61\rE\r") == b"C\r"
 
 
 # Faulty clients

@@ -97,5 +97,4 @@ def test_memory_is_at_most_three_times_the_result():
     times = train.pulse_times(0, now + 1)
     peak = tracemalloc.get_traced_memory()[1]
     tracemalloc.stop()
-    assert len(times) == 779_700
-    assert peak <= 3 * times.nbytes
+    assert len(times) == 779_700 and peak <= 3 * times.nbytes

@@ -22,15 +22,13 @@ def levels(profile):
 def test_six_levels_of_ten_milliseconds_take_39_pulses():
     """The levels 400, 500, ... 900 of 10 ms each have 4 + 5 + 6 + 7 + 8 + 9 pulses."""
     table = ramp(1000)
-    assert [int(level) for level in table.levels] == [400, 500, 600, 700, 800, 900]
-    assert table.pulses[-1] == 39
+    assert [int(level) for level in table.levels] == [400, 500, 600, 700, 800, 900] and table.pulses[-1] == 39
 
 
 def test_a_long_index_goes_up_along_and_down():
     profile = ramp(1000).index(1000)
     up = [(400, 4), (500, 5), (600, 6), (700, 7), (800, 8), (900, 9)]
-    assert levels(profile) == [*up, (1000, 922), *reversed(up)]
-    assert profile.pulses == 1000
+    assert levels(profile) == [*up, (1000, 922), *reversed(up)] and profile.pulses == 1000
     assert profile.end_ns == 2 * 60 * MS + 922 * MS
 
 
@@ -70,7 +68,6 @@ def test_pulses_are_the_distance_and_the_profile_is_symmetrical(start, top, acce
     table = ramp(top, start * 100, 100, Fraction(100, acceleration * 1000))
     profile = table.index(distance)
     segments = profile.segments
-    assert profile.pulses == distance
-    assert sum((s.rate * s.seconds for s in segments), Fraction(0)) == distance
+    assert profile.pulses == distance and sum((s.rate * s.seconds for s in segments), Fraction(0)) == distance
     assert [s.rate for s in segments] == [s.rate for s in reversed(segments)]
     assert all(s.rate <= max(top, 1) for s in segments)

@@ -17,8 +17,7 @@ def executed(commands, last):
     """Return the ticks of all pulses, as a board executes the commands."""
     times = []
     for command in commands:
-        assert 1 <= command.count < 1 << 16
-        assert -(1 << 15) <= command.add < 1 << 15
+        assert 1 <= command.count < 1 << 16 and -(1 << 15) <= command.add < 1 << 15
         interval = command.interval
         for _ in range(command.count):
             assert 0 < interval <= MOST_INTERVAL
@@ -80,13 +79,11 @@ def test_a_move_of_20_000_pulses_takes_at_most_150_commands():
     wanted = times * MHZ / 1000
     commands = list(plan(wanted, 0, TOLERANCE))
     assert len(times) == 20_000
-    assert np.abs(executed(commands, 0) - wanted).max() <= TOLERANCE
-    assert len(commands) <= 150
+    assert np.abs(executed(commands, 0) - wanted).max() <= TOLERANCE and len(commands) <= 150
 
 
 def test_a_command_knows_its_times():
-    assert Steps(100, 3, -10).times(1000).tolist() == [1100, 1190, 1270]
-    assert Steps(100, 3, -10).ticks == 270
+    assert Steps(100, 3, -10).times(1000).tolist() == [1100, 1190, 1270] and Steps(100, 3, -10).ticks == 270
 
 
 def test_times_between_two_ticks_without_tolerance():

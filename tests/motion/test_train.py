@@ -38,16 +38,14 @@ def test_a_stroke_that_begins_ends_the_one_before():
     train = Train()
     train.start(0, +1, Profile([Segment(Fraction(100), None)]))
     train.start(55_000_000, +1, constant(100, 1))
-    assert train.move.position_at(S) == 6
-    assert len(train.pulse_times(0, S)) == 6
+    assert train.move.position_at(S) == 6 and len(train.pulse_times(0, S)) == 6
 
 
 def test_a_bounded_history_says_what_it_has_forgotten():
     train = Train(history=3)
     for second in range(5):
         train.start(second * S, +1, constant(100, 1))
-    assert len(train.moves) == 3
-    assert train.move.position_at(10 * S) == 5
+    assert len(train.moves) == 3 and train.move.position_at(10 * S) == 5
     assert len(train.pulse_times(2 * S, 10 * S)) == 3
     with pytest.raises(UsageError, match=r"before 2 s are no longer stored: request later pulses, or .*history=6"):
         train.pulse_times(0, 10 * S)
@@ -56,6 +54,5 @@ def test_a_bounded_history_says_what_it_has_forgotten():
 def test_it_is_known_when_a_position_is_reached():
     train = Train()
     stroke = train.start(S, -1, constant(100, 10))
-    assert stroke.reaches_ns(-3) == S + 30_000_000
-    assert stroke.reaches_ns(-11) is None
+    assert stroke.reaches_ns(-3) == S + 30_000_000 and stroke.reaches_ns(-11) is None
     assert stroke.reaches_ns(1) is None

@@ -82,8 +82,7 @@ def test_what_is_wrong_is_told_with_what_is_wanted(visit):
     visit.choose("fault-kind", "lose")
     visit.choose("fault-probability", "2")
     visit.press("fault-put")
-    assert "expected a number from 0 to 1" in visit.messages[-1]
-    assert list(visit.bench.faults) == []
+    assert "expected a number from 0 to 1" in visit.messages[-1] and list(visit.bench.faults) == []
 
 
 @shown(faults, "1811")
@@ -109,8 +108,7 @@ def test_the_list_shows_the_faults_of_whatever_bench_there_is(visit):
 def test_the_power_switch(visit, model):
     assert visit.pressed(f"{model}-power")
     visit.press(f"{model}-power")
-    assert not visit.bench[model].powered
-    assert visit.found(f"{model}-power").text == "power: off"
+    assert not visit.bench[model].powered and visit.found(f"{model}-power").text == "power: off"
     visit.press(f"{model}-power")
     assert visit.bench[model].powered
 

@@ -41,8 +41,7 @@ def test_a_status_word_by_letter_and_an_error_in_its_colour(visit):
     assert letters == {"Br": True, "Bl": True, "Bo": True, "Be": False}
     visit.bench["smartmotor"].serial.write(b"UCI UDI ZS BRKRLS OFF A=1000 V=100000 P=5000 MP G ")
     visit.run(0.5)
-    assert visit.lit("smartmotor-Bt-Status-word-W")
-    assert not visit.lit("smartmotor-Bo-Status-word-W")
+    assert visit.lit("smartmotor-Bt-Status-word-W") and not visit.lit("smartmotor-Bo-Status-word-W")
     assert visit.found("smartmotor-MODE-Motor").text == "P  absolute position"
 
 
@@ -94,8 +93,7 @@ def without_a_front():
 
 @shown(front, "if1", build=without_a_front)
 def test_a_controller_without_a_front_gets_its_terminals_and_registers(visit):
-    assert visit.lit("if1-led-Outputs")
-    assert visit.lit("if1-estop-Inputs")
+    assert visit.lit("if1-led-Outputs") and visit.lit("if1-estop-Inputs")
     visit.run(1.5)
     assert visit.found("if1-state-Registers").text == "waiting for ("
 
@@ -113,8 +111,7 @@ def test_everything_on_a_front_exists_and_says_what_it_is(model):
     controller = Bench().add(model)
     assert not controller.terminals.keys() & controller.registers.keys(), "a name means one thing"
     for group in product(model).front:
-        assert group.title
-        assert group.chapter
+        assert group.title and group.chapter
         for item in group.items:
             assert item.source in controller.terminals or item.source in controller.registers
             assert item.name

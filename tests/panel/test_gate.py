@@ -58,14 +58,12 @@ def test_a_picture_in_another_page_is_refused_and_a_link_there_is_not():
 
 def test_a_page_may_not_be_framed_and_tells_nobody_its_address():
     (answer,) = asked(None, ("/", {}))
-    assert answer.headers["x-frame-options"] == "DENY"
-    assert answer.headers["referrer-policy"] == "no-referrer"
+    assert answer.headers["x-frame-options"] == "DENY" and answer.headers["referrer-policy"] == "no-referrer"
 
 
 def test_a_browser_is_known_again():
     first, second = asked(None, ("/", {}), ("/", {}))
-    assert first.text == second.text == first.cookies[PERSON]
-    assert "HttpOnly" in first.headers["set-cookie"]
+    assert first.text == second.text == first.cookies[PERSON] and "HttpOnly" in first.headers["set-cookie"]
     assert "set-cookie" not in second.headers
 
 

@@ -40,8 +40,7 @@ async def test_a_lesson_is_done_by_what_the_controller_has_done(visit, model, nu
         assert task.solution[0] in "".join(written)
         for line in task.solution:
             await say(visit, line)
-    assert "done" in visit.found(f"lesson-title-{model}").text
-    assert visit.found(f"next-lesson-{model}").visible
+    assert "done" in visit.found(f"lesson-title-{model}").text and visit.found(f"next-lesson-{model}").visible
     assert visit.context.person.settings[f"lessons {model}"] == str(number)
     assert "done." in "".join(written)
     visit.press(f"end-lesson-{model}")
@@ -82,15 +81,13 @@ async def test_only_messages_of_this_controller_count_and_only_the_driver_begins
     visit.context.people.driver = None
     visit.user.find(marker="lesson-smartmotor-2").click()
     visit.press("end-lesson-smartmotor")
-    assert visit.found("task-smartmotor").text.startswith("2. ")
-    assert len(visit.messages) == 2
+    assert visit.found("task-smartmotor").text.startswith("2. ") and len(visit.messages) == 2
 
 
 @shown(terminal, "if1")
 async def test_initialise_performs_the_dialogue_once(visit, written):
     await click(visit, "init-if1")
-    assert visit.bench["if1"].registers["state"].read() == "ready"
-    assert not visit.context.session.running
+    assert visit.bench["if1"].registers["state"].read() == "ready" and not visit.context.session.running
     await say(visit, ":init")
     assert "the controller is ready: no initialisation is needed" in "".join(written)
 

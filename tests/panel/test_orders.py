@@ -64,8 +64,7 @@ def test_the_sequence_of_an_interface_is_carried_out_again_and_cancelled():
     say(bench, "table", b":S1:H1:R1:$\r", seconds=0.2)
     assert controller.programs["sequence"].running == 1  # command 1 waits for input 1
     assert order(bench, controller, "sequence", "cancel #") is None
-    assert controller.pins["output1"].level
-    assert order(bench, controller, "sequence", "start :$") == 1
+    assert controller.pins["output1"].level and order(bench, controller, "sequence", "start :$") == 1
     controller.pins["input1"].drive(True)
     bench.run(0.1)
     assert (controller.programs["sequence"].running, controller.pins["output1"].level) == (None, False)

@@ -133,8 +133,7 @@ def test_a_line_goes_out_with_the_end_that_is_chosen_and_is_remembered(visit, mo
     visit.run(1.5)
     visit.context.person.ending = "CR"
     type_into(visit, f"say-{model}", "(")
-    assert said(visit, model) == b"(\r"
-    assert visit.found(f"say-{model}").value == ""
+    assert said(visit, model) == b"(\r" and visit.found(f"say-{model}").value == ""
     assert visit.context.person.lines[model] == ["("]
     type_into(visit, f"say-{model}", r"\x41\r")
     assert said(visit, model) == b"(\rA\r\r"
@@ -200,8 +199,7 @@ async def test_a_reload_loses_nothing(visit, monkeypatch, model, line):
     visit.choose("scope-signals", f"{model}.host_says")
     visit.press("scope-show")
     shown = visit.found("clock").text, visit.found("scope-signals").value, conversation()
-    assert shown[0] == "2.000000 s"
-    assert shown[1] == f"{model}.host_says"
+    assert shown[0] == "2.000000 s" and shown[1] == f"{model}.host_says"
     assert "1.500000" in shown[2][0]
     written.clear()
     await visit.reload()

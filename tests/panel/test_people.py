@@ -26,8 +26,7 @@ def now(monkeypatch):
 def test_the_first_to_come_drives_and_comes_back_as_the_driver():
     those = People()
     first, second = those["a"], those["b"]
-    assert those.driver is first
-    assert those["a"] is first
+    assert those.driver is first and those["a"] is first
     assert [first.name, second.name] == ["visitor 1", "visitor 2"]
 
 
@@ -67,8 +66,7 @@ def test_a_reload_within_that_time_keeps_the_wheel(now):
     first.came()
     now[0] = 500.0
     those["b"].came()
-    assert those.driver is first
-    assert [person.name for person in those.there] == ["visitor 1", "visitor 2"]
+    assert those.driver is first and [person.name for person in those.there] == ["visitor 1", "visitor 2"]
 
 
 def test_names_can_be_changed_but_not_to_nothing():
@@ -89,8 +87,7 @@ def test_people_who_left_are_forgotten(now):
     first.left_s = 0.0
     now[0] = people.FORGOTTEN_S + 1
     assert [those["c"].name, those["b"].name, those["a"].name] == ["visitor 3", "visitor 2", "visitor 4"]
-    assert those["a"] is not first
-    assert those["b"] is second
+    assert those["a"] is not first and those["b"] is second
 
 
 def test_of_very_many_who_left_the_latest_are_remembered(now):

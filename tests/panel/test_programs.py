@@ -51,8 +51,7 @@ def test_lines_are_listed_and_the_running_one_is_marked(visit):
     assert listing(visit).lines == ("a=1", "WAIT=4000", "a=2", "C1", "WAIT=4000", "GOTO1")
     assert listing(visit).running is None
     visit.run(0.5)
-    assert listing(visit).running == 1
-    assert visit.found("motor runs").text == "line 2 runs"
+    assert listing(visit).running == 1 and visit.found("motor runs").text == "line 2 runs"
     visit.run(1)
     assert listing(visit).running == 4
 
@@ -66,8 +65,7 @@ def test_a_break_is_made_and_taken_away_by_its_line_number(visit):
     visit.frame()
     assert (listing(visit).on_breaks, listing(visit).off_breaks) == ((), (4,))
     visit.trigger("motor listing", "toggle", {"line": 4})
-    assert not visit.context.session.breaks
-    assert listing(visit).off_breaks == ()
+    assert not visit.context.session.breaks and listing(visit).off_breaks == ()
 
 
 @stored
@@ -88,16 +86,14 @@ def test_what_is_no_line_makes_no_break(visit, line):
 @stored
 def test_at_a_line_that_never_runs_there_is_no_break_and_one_is_told_why(visit):
     visit.trigger("motor listing", "toggle", {"line": 3})
-    assert not visit.context.session.breaks
-    assert "C1" in visit.messages[-1]
+    assert not visit.context.session.breaks and "C1" in visit.messages[-1]
 
 
 @stored
 def test_whoever_does_not_drive_makes_no_break(visit):
     visit.context.people.take_over(visit.context.people["another"])
     visit.trigger("motor listing", "toggle", {"line": 4})
-    assert not visit.context.session.breaks
-    assert "drives" in visit.messages[-1]
+    assert not visit.context.session.breaks and "drives" in visit.messages[-1]
 
 
 @stored
@@ -127,8 +123,7 @@ def test_a_board_that_is_switched_off_and_on_has_lost_its_sequences(visit):
     visit.run(0.5)
     assert listing(visit, "board").running == 0
     visit.press("board power-cycle")
-    assert visit.bench["board"].powered
-    assert not visit.bench["board"].programs
+    assert visit.bench["board"].powered and not visit.bench["board"].programs
     assert visit.user.find("Nothing is stored.")
 
 
@@ -165,8 +160,7 @@ def test_a_text_of_any_length_is_not_taken(visit):
     visit.choose("motor text", "' x\n" * 70_000)
     visit.press("motor loading")
     assert visit.messages[-1].startswith("the text is too long: expected at most 262,144 characters")
-    assert visit.found("motor text").value == ""
-    assert listing(visit).lines[0] == "a=1"
+    assert visit.found("motor text").value == "" and listing(visit).lines[0] == "a=1"
 
 
 @pytest.mark.parametrize("model", FAMILIES)
@@ -186,8 +180,7 @@ def test_a_name_that_says_no_family_is_told(visit):
     visit.choose("motor called", "program.xyz")
     visit.choose("motor text", "b=1\n")
     visit.press("motor loading")
-    assert "program.xyz" in visit.messages[-1]
-    assert listing(visit).lines[0] == "a=1"
+    assert "program.xyz" in visit.messages[-1] and listing(visit).lines[0] == "a=1"
 
 
 @shown(program, "motor", build=motor(b"a=a+1\n" * 5000 + b"END\n"))
@@ -195,8 +188,7 @@ def test_thousands_of_lines_are_sent_once(visit):
     lines = listing(visit).props["lines"]
     assert len(lines) == 5001
     visit.run(0.5)
-    assert listing(visit).props["lines"] is lines
-    assert listing(visit).running > 100
+    assert listing(visit).props["lines"] is lines and listing(visit).running > 100
 
 
 @shown(program, "if2")

@@ -78,8 +78,7 @@ def test_what_is_recorded_is_what_a_trace_has(bench, recorder, screen, tmp_path)
     for name in ("if1.input1", "if1.X.pulses", "if1.X.velocity"):
         times, values = trace.tracks[name].columns()
         rows = recorder.record.tracks[name].rows(0, bench.now)
-        assert rows.begin.tolist() == times.tolist()
-        assert rows.last.tolist() == values.tolist()
+        assert rows.begin.tolist() == times.tolist() and rows.last.tolist() == values.tolist()
 
 
 def test_other_signals_leave_those_that_stay_as_they_are(bench, recorder, screen):
@@ -92,8 +91,7 @@ def test_other_signals_leave_those_that_stay_as_they_are(bench, recorder, screen
     recorder.catch_up()
 
     rows = recorder.record.tracks["if1.X.pulses"].rows(0, bench.now)
-    assert rows.begin.tolist()[: len(before)] == before
-    assert rows.last.tolist() == list(range(801))
+    assert rows.begin.tolist()[: len(before)] == before and rows.last.tolist() == list(range(801))
     assert isnan(value_at(recorder.record.tracks["if1.input1"], bench.now))
 
 
@@ -179,8 +177,7 @@ def test_a_paused_screen_stays_while_the_bench_goes_on(bench, recorder, screen):
     move(bench)
     recorder.catch_up()
 
-    assert screen.edges == before
-    assert screen.tracks["if1.X.pulses"].rows(0, bench.now).last.tolist() == [0]
+    assert screen.edges == before and screen.tracks["if1.X.pulses"].rows(0, bench.now).last.tolist() == [0]
     screen.live()
     assert screen.edges[1] == bench.now
 
@@ -194,8 +191,7 @@ def test_zooming_keeps_what_is_under_the_pointer_and_panning_pauses(bench, recor
 
     at_ns = screen.time_at(0.25)
     screen.zoom(0.1, 0.25)
-    assert abs(screen.time_at(0.25) - at_ns) <= 1
-    assert screen.span_ns == (to_ns - from_ns) // 10
+    assert abs(screen.time_at(0.25) - at_ns) <= 1 and screen.span_ns == (to_ns - from_ns) // 10
     screen.zoom(1e-12)
     assert screen.span_ns == 1000
     screen.fit()
@@ -243,8 +239,7 @@ def test_the_window_is_fixed_to_the_newest_edge_with_enough_behind_it(bench, rec
 
     bench.run(0.05)
     recorder.catch_up()
-    assert screen.edges == (at_ns - 25 * MS, at_ns + 75 * MS)
-    assert not screen.waiting
+    assert screen.edges == (at_ns - 25 * MS, at_ns + 75 * MS) and not screen.waiting
 
     bench.run(10.0)
     recorder.catch_up()
@@ -263,8 +258,7 @@ def test_single_finds_the_first_edge_and_pauses_even_if_nobody_looks_for_a_long_
         bench.run(1.0)
     recorder.catch_up()
 
-    assert screen.frozen is not None
-    assert screen.edges == (at_ns - 50 * MS, at_ns + 50 * MS)
+    assert screen.frozen is not None and screen.edges == (at_ns - 50 * MS, at_ns + 50 * MS)
     screen.live()
     assert screen.frozen is None and screen.waiting
 
@@ -288,10 +282,8 @@ def test_cursors_measure_values_extremes_and_the_mean_over_time():
     track = track_of((0, 10), (100, 20), (130, 0))
     found = between(track, 50, 150)
 
-    assert (found.a, found.b, found.difference) == (10, 0, -10)
-    assert (found.low, found.high) == (0, 20)
-    assert found.mean == (50 * 10 + 30 * 20 + 20 * 0) / 100
-    assert between(track, 150, 50).mean == found.mean
+    assert (found.a, found.b, found.difference) == (10, 0, -10) and (found.low, found.high) == (0, 20)
+    assert found.mean == (50 * 10 + 30 * 20 + 20 * 0) / 100 and between(track, 150, 50).mean == found.mean
 
 
 def test_what_nobody_knows_is_not_made_up():
@@ -307,18 +299,15 @@ def test_the_mean_of_old_times_is_that_of_all_that_happened():
     values = np.arange(300_000) % 4 * 1.0
     track.add(times, values)
 
-    assert track.exact_ns > 60 * S
-    assert between(track, 0, 60 * S).mean == pytest.approx(1.5, abs=0.01)
+    assert track.exact_ns > 60 * S and between(track, 0, 60 * S).mean == pytest.approx(1.5, abs=0.01)
     assert between(track, 0, 60 * S).high == 3
 
 
 def test_cursors_find_edges():
     tracks = [track_of((10, 1), (50, 2)), track_of((30, 1))]
 
-    assert nearest_edge(tracks, 33, 5) == 30
-    assert nearest_edge(tracks, 40, 5) is None
-    assert next_edge(tracks, 10, 100) == 30
-    assert next_edge(tracks, 50, 0) == 30
+    assert nearest_edge(tracks, 33, 5) == 30 and nearest_edge(tracks, 40, 5) is None
+    assert next_edge(tracks, 10, 100) == 30 and next_edge(tracks, 50, 0) == 30
     assert next_edge(tracks, 50, 100) is None
 
 
@@ -362,8 +351,7 @@ def test_a_click_in_a_lane_finds_the_edges_of_its_signal_only():
         screen.put_cursor("a", (edge_ns + 600_000 - screen.edges[0]) / screen.span_ns, lane)
         return screen.cursors.a_ns
 
-    assert clicked("if1.input1") == edge_ns
-    assert clicked("if1.input2") == clicked(None) == edge_ns + MS
+    assert clicked("if1.input1") == edge_ns and clicked("if1.input2") == clicked(None) == edge_ns + MS
 
 
 def test_times_are_told_in_the_unit_that_suits_them():
@@ -468,8 +456,7 @@ def test_of_old_times_a_trace_says_that_it_has_extremes_only(recorder, screen, t
     path.write_bytes(saved(recorder.record, signals, 0, int(times[-1]), ".csv"))
 
     trace = read(path)
-    assert trace.about["summary"].startswith("before 1")
-    assert len(trace.tracks["if1.X.pulses"]) < 150_000
+    assert trace.about["summary"].startswith("before 1") and len(trace.tracks["if1.X.pulses"]) < 150_000
     assert max(trace.tracks["if1.X.pulses"].values) == 199_999
 
 

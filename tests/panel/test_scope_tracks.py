@@ -31,8 +31,7 @@ def line(seen):
 def test_each_pixel_has_what_was_when_it_began_and_what_came_in_it():
     seen = window(track_of((0, 5), (12, 7), (14, 1), (25, 3)), 0, 40, 4, now_ns=40)
 
-    assert seen.edges.tolist() == [0, 10, 20, 30, 40]
-    assert seen.low.tolist() == [5, 1, 1, 3]
+    assert seen.edges.tolist() == [0, 10, 20, 30, 40] and seen.low.tolist() == [5, 1, 1, 3]
     assert seen.high.tolist() == [5, 7, 3, 3]
 
 
@@ -46,15 +45,13 @@ def test_the_line_has_changes_at_their_times_and_two_points_where_there_are_more
 def test_a_short_pulse_of_a_level_is_seen_in_its_pixel():
     seen = window(track_of((0, 0), (5_000_100, 1), (5_000_350, 0), kind=LEVEL), 0, 10 * MS, 10, now_ns=10 * MS)
 
-    assert seen.high.tolist() == [0, 0, 0, 0, 0, 1, 0, 0, 0, 0]
-    assert not seen.low.any()
+    assert seen.high.tolist() == [0, 0, 0, 0, 0, 1, 0, 0, 0, 0] and not seen.low.any()
 
 
 def test_nothing_is_known_before_the_first_change_nor_from_now_on():
     seen = window(track_of((15, 2)), 0, 40, 4, now_ns=30)
 
-    assert np.isnan(seen.low).tolist() == [True, False, False, True]
-    assert line(seen) == [(15, 2), (30, 2)]
+    assert np.isnan(seen.low).tolist() == [True, False, False, True] and line(seen) == [(15, 2), (30, 2)]
 
 
 def test_nothing_is_known_while_nobody_was_looking():
@@ -246,7 +243,5 @@ def test_the_oldest_words_go_in_the_end():
     for n in range(tracks.TEXTS + 1):
         words.say(np.array([10 * n]), [b"%d\r" % n])
 
-    assert len(words.changes) <= tracks.TEXTS
-    assert words.exact_ns == words.changes[0][0] > 0
-    assert len(words.begins) == len(words.messages)
-    assert words.at(10 * tracks.TEXTS) == rf"{tracks.TEXTS}\r"
+    assert len(words.changes) <= tracks.TEXTS and words.exact_ns == words.changes[0][0] > 0
+    assert len(words.begins) == len(words.messages) and words.at(10 * tracks.TEXTS) == rf"{tracks.TEXTS}\r"

@@ -118,8 +118,7 @@ def test_a_place_that_is_none(place):
 
 def test_without_its_extra_one_line_says_what_to_install():
     result = subprocess.run([sys.executable, "-c", WITHOUT], capture_output=True, text=True, timeout=PATIENCE_S)
-    assert result.returncode == 2
-    assert result.stderr.count("\n") == 1
+    assert result.returncode == 2 and result.stderr.count("\n") == 1
     assert 'in a clone pip install ".[panel]"' in result.stderr
 
 

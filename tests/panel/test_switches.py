@@ -27,11 +27,9 @@ def test_a_click_presses_a_switch_and_a_second_click_releases_it(visit, model, p
     mark, part = f"switches {model}", f"switch-{pin}"
     assert told(visit, mark, part) == ("free", free, "false")
     visit.trigger(mark, "act", pin)
-    assert told(visit, mark, part) == ("pressed", pressed, "true")
-    assert visit.bench[model].pins[pin].driven
+    assert told(visit, mark, part) == ("pressed", pressed, "true") and visit.bench[model].pins[pin].driven
     visit.trigger(mark, "act", pin)
-    assert told(visit, mark, part) == ("free", free, "false")
-    assert not visit.bench[model].pins[pin].driven
+    assert told(visit, mark, part) == ("free", free, "false") and not visit.bench[model].pins[pin].driven
 
     visit.bench[model].pins[pin].drive(free == "high")  # as a script releases a button
     visit.frame()

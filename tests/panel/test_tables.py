@@ -66,8 +66,7 @@ def test_a_long_trail_is_drawn_in_pieces_of_which_only_the_last_changes(visit):
     for number in range(PIECE + 10):
         go(visit, **{"XY"[number % 2]: 10})
     first = top(visit)["trail0", "points"]
-    assert len(first.split()) == PIECE + 1
-    assert top(visit)["trail1", "points"].split()[0] == first.split()[-1]
+    assert len(first.split()) == PIECE + 1 and top(visit)["trail1", "points"].split()[0] == first.split()[-1]
     go(visit, X=10)
     assert top(visit)["trail0", "points"] == first
     assert len(corners(top(visit))) == PIECE + 10 + 1 + 1 + 1  # adjacent elements share a corner
@@ -83,8 +82,7 @@ def test_the_tool_is_down_while_its_output_is_high_and_leaves_a_mark(visit):
     assert top(visit)["places", "d"].count("M") == 1
     output.set(False)
     go(visit, X=100)
-    assert not top(visit)["head", ".down"]
-    assert top(visit)["places", "d"].count("M") == 1
+    assert not top(visit)["head", ".down"] and top(visit)["places", "d"].count("M") == 1
 
 
 @shown(at, build=TABLE)

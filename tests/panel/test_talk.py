@@ -53,8 +53,7 @@ def test_opcodes_of_a_board_in_words():
     board.bus.write(1, 0x10)
     bench.run(0.1)
     (line,) = printed(bench, talk, "1811")
-    assert "> D9 01   " in line
-    assert len(line.partition("D9 01   ")[2]) > 5
+    assert "> D9 01   " in line and len(line.partition("D9 01   ")[2]) > 5
 
 
 def test_a_terminal_is_told_what_it_has_not_seen_and_memory_is_bounded():
@@ -64,8 +63,7 @@ def test_a_terminal_is_told_what_it_has_not_seen_and_memory_is_bounded():
     if1.serial.write(b"(")
     bench.run(0.1)
     total, new = talk.since("if1", seen)
-    assert total == seen + len(new)
-    assert b"".join(said.data for said in new) == b"(U\r"
+    assert total == seen + len(new) and b"".join(said.data for said in new) == b"(U\r"
     assert talk.since("if1", total) == (total, [])
     for _ in range(2 * KEPT):
         talk._take(new[0])
@@ -83,5 +81,4 @@ def test_another_bench_begins_anew():
     talk._attach(other)
     if1.serial.write(b"(")
     bench.run(0.1)
-    assert talk.generation == before + 1
-    assert talk.since("if1", 0) == (0, [])
+    assert talk.generation == before + 1 and talk.since("if1", 0) == (0, [])

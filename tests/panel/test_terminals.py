@@ -20,8 +20,7 @@ def test_an_input_is_driven_high_and_low_and_released(visit, model, name):
     assert visit.pressed(*keys(mark)) == [f"{mark}-release"]
     visit.press(f"{mark}-high")
     assert (pin.level, pin.driven) == (True, True)
-    assert visit.lit(f"{mark}-level")
-    assert visit.pressed(*keys(mark)) == [f"{mark}-high"]
+    assert visit.lit(f"{mark}-level") and visit.pressed(*keys(mark)) == [f"{mark}-high"]
     assert visit.found(f"{mark}-why").text == "driven"
     visit.press(f"{mark}-low")
     assert (pin.level, pin.driven) == (False, True)
@@ -42,15 +41,13 @@ def test_it_is_told_who_decides_about_a_level(visit):
     assert visit.found("if1-input1-why").text == "wired"
     visit.bench.faults.add("stuck", "if1.input1", level=True)
     visit.frame()
-    assert visit.found("if1-input1-why").text == "stuck"
-    assert visit.lit("if1-input1-level")
+    assert visit.found("if1-input1-why").text == "stuck" and visit.lit("if1-input1-level")
 
 
 @shown(pins, "if1")
 def test_only_what_is_no_output_can_be_touched(visit):
     marks = {mark for element in visit.user.client.elements.values() for mark in element._markers}
-    assert "if1-estop-high" in marks
-    assert not marks & {"if1-output1-high", "if1-led-high"}
+    assert "if1-estop-high" in marks and not marks & {"if1-output1-high", "if1-led-high"}
 
 
 @shown(pins, "1811")
@@ -74,8 +71,7 @@ def test_a_slider_drives_volts_and_shows_what_the_converter_makes_of_them(visit)
 def test_whoever_does_not_drive_touches_nothing_and_is_told_so(visit):
     visit.context.people.driver = visit.context.people["another"]
     visit.press("if1-input2-high")
-    assert not visit.bench["if1"].pins["input2"].level
-    assert "visitor 2 drives" in visit.messages[-1]
+    assert not visit.bench["if1"].pins["input2"].level and "visitor 2 drives" in visit.messages[-1]
 
 
 @shown(pins, "smartmotor")

@@ -65,8 +65,7 @@ def test_a_scene_that_waits_is_paused_at_0_until_a_visitor_comes(visit, context)
 @shown(driving)
 async def test_planned_actions_are_shown_and_gone_to_until_the_scene_has_finished(visit, context):
     session = context.session
-    assert text(visit, "scene-title") == "A gate"
-    assert text(visit, "planned") == "script: input1 high at 10 s"
+    assert text(visit, "scene-title") == "A gate" and text(visit, "planned") == "script: input1 high at 10 s"
     visit.press("go-planned")
     await arrived(visit, 10)
     assert visit.bench["gate"].pins["input1"].level

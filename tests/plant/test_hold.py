@@ -30,15 +30,13 @@ def test_the_position_and_the_count_of_an_if1_agree_with_the_metal():
     assert 100 < issued < 2000
     if1.axes["X"].hold(issued - 100)
     bench.run(10.0)
-    assert if1.axes["X"].position == issued - 100
-    assert if1.axes["X"].unmade == 2000 - (issued - 100)
+    assert if1.axes["X"].position == issued - 100 and if1.axes["X"].unmade == 2000 - (issued - 100)
     assert ask(bench, if1, b"N\r").strip().endswith(b"%d" % (issued - 100))
     if1.axes["X"].let_go()
     assert if1.axes["X"].position == issued - 100
     if1.serial.write(b"X-50 $ \r")
     bench.run(5.0)
-    assert if1.axes["X"].position == issued - 150
-    assert ask(bench, if1, b"N\r").strip().endswith(b"50")
+    assert if1.axes["X"].position == issued - 150 and ask(bench, if1, b"N\r").strip().endswith(b"50")
 
 
 def test_switches_follow_the_corrected_position():
@@ -49,8 +47,7 @@ def test_switches_follow_the_corrected_position():
     if1.axes["X"].let_go()
     if1.serial.write(b"X601 $ \r")
     bench.run(20.0)
-    assert if1.axes["X"].position == 1501
-    assert not if1.pins["limit_plus"].level
+    assert if1.axes["X"].position == 1501 and not if1.pins["limit_plus"].level
 
 
 def test_the_count_of_an_1811():

@@ -47,8 +47,7 @@ def test_a_wrong_position_is_rejected(text, units, message):
 
 
 def test_a_velocity():
-    assert rate("50 mm/s", MM) == 4000
-    assert rate(12, MM) == 12
+    assert rate("50 mm/s", MM) == 4000 and rate(12, MM) == 12
     with pytest.raises(
         UsageError, match=r"'50 mm' is not a velocity: expected a number of counts/s, or a text, e\.g\. '50 mm/s'"
     ):

@@ -20,8 +20,7 @@ def test_the_data_sheets_are_those_of_such_motors():
 
 
 def test_a_motor_by_name_or_by_values():
-    assert servo_motor("frame17") is FRAME17
-    assert servo_motor(FRAME34) is FRAME34
+    assert servo_motor("frame17") is FRAME17 and servo_motor(FRAME34) is FRAME34
     assert servo_motor({"supply_voltage_v": 24}) == replace(FRAME23, supply_voltage_v=24)
     assert servo_motor({"model": "frame34", "kp": 100}).tuning == (100, 28, 550, 15, 1, 0, 0, 0)
     assert servo_load() == servo_load({}) == ServoLoad()

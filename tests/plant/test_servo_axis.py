@@ -78,8 +78,7 @@ def test_a_shaft_that_nobody_turns_rests_and_can_be_pushed(clock, axis):
     assert (axis.position, axis.commanded, axis.velocity, axis.moving) == (0, 0, 0.0, False)
     clock.run_to(5 * MS)
     axis.encoder.displace(-3)
-    assert (axis.position, axis.encoder.count) == (-3, -3)
-    assert axis.pulse_times().tolist() == [5 * MS] * 3
+    assert (axis.position, axis.encoder.count) == (-3, -3) and axis.pulse_times().tolist() == [5 * MS] * 3
 
 
 def test_the_source_tells_where_it_is(clock, axis):
@@ -107,8 +106,7 @@ def test_there_are_as_many_pulse_times_as_counts(clock, axis):
     Motor(axis, positions)
     clock.run_to(1000 * MS)
     times = axis.pulse_times()
-    assert len(times) == np.abs(np.diff(positions, prepend=0)).sum()
-    assert (np.diff(times) > 0).all()
+    assert len(times) == np.abs(np.diff(positions, prepend=0)).sum() and (np.diff(times) > 0).all()
 
 
 def test_it_does_not_matter_in_which_pieces_it_is_told(clock, axis):
@@ -128,8 +126,7 @@ def test_a_long_past_is_forgotten_and_that_is_told(clock):
     for now in range(50, 1001, 50):
         clock.run_to(now * MS)
         axis.catch_up()
-    assert axis.forgotten
-    assert len(axis.pulse_times(900 * MS)) == 101
+    assert axis.forgotten and len(axis.pulse_times(900 * MS)) == 101
     with pytest.raises(UsageError, match=r"counts before 0.8 s are no longer stored.*history=40"):
         axis.pulse_times()
 

@@ -64,8 +64,7 @@ def test_beyond_the_curve_it_stands_and_loses_whole_teeth(clock):
     clock.run_to(S // 10 + S * 50 // 1750)
     assert axis.position == 40
     clock.run_to(S)
-    assert axis.pulses == 181
-    assert axis.position == 181 - 104
+    assert axis.pulses == 181 and axis.position == 181 - 104
     assert axis.encoder.count == 10 * (181 - 104)
 
 
@@ -73,8 +72,7 @@ def test_a_start_above_the_pull_in_rate_fails(clock):
     axis = axis_with(clock, motor=MOTOR)
     axis.start(rates((800, 80)), +1)
     clock.run_to(S)
-    assert axis.pulses == 80
-    assert axis.position == 0
+    assert axis.pulses == 80 and axis.position == 0
 
 
 def test_a_start_failed_by_an_odd_number_of_pulses_settles_at_a_tooth(clock):
@@ -217,8 +215,7 @@ def test_what_the_motor_has_lost_and_whether_it_is_out_of_step(clock):
     clock.run_to(S // 20)
     assert (axis.lost, axis.stalled) == (0, False)
     clock.run_to(S // 8)
-    assert axis.stalled
-    assert axis.lost == axis.pulses - axis.position > 0
+    assert axis.stalled and axis.lost == axis.pulses - axis.position > 0
     clock.run_to(S)
     assert (axis.lost, axis.stalled) == (104, False)
 

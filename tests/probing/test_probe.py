@@ -72,8 +72,7 @@ def differences(found):
 def test_an_unchanged_controller_is_the_same_and_nothing_moves(model, cases):
     made, end = controller(model)
     found = probe(model, end)
-    assert len(found.of(Verdict.SAME)) == len(found.results) == cases
-    assert found.times_judged
+    assert len(found.of(Verdict.SAME)) == len(found.results) == cases and found.times_judged
     assert all(not result.case.moves and result.case.section for result in found.results)
     assert all(not axis.moving and axis.position == 0 for axis in made.axes.values())
 
@@ -99,8 +98,7 @@ def test_the_state_in_which_a_host_has_left_an_if1_is_no_difference():
     found = probe("if1", end, Settings(Motion.SMALL, line=line, find_options=False))
     assert differences(found) == []
     depends = {result.case.name: result.received[0].data for result in found.of(Verdict.INCONCLUSIVE)}
-    assert depends["O: sequence status"] == b"2\r"
-    assert depends["N: number of steps run or indexed"] == b"30\r"
+    assert depends["O: sequence status"] == b"2\r" and depends["N: number of steps run or indexed"] == b"30\r"
 
 
 @pytest.mark.parametrize(("model", "words"), [
@@ -175,8 +173,7 @@ def test_small_motion_makes_pulses(model):
 def test_an_option_that_explains_the_differences(model, option, value, text, settings):
     _, end = controller(model, **{option: value})
     found = probe(model, end, settings)
-    assert found.of(Verdict.DIFFERS)
-    assert text in found.fits
+    assert found.of(Verdict.DIFFERS) and text in found.fits
 
 
 def test_the_test_plug_shows_the_outputs_of_an_if1():
@@ -267,8 +264,7 @@ def test_a_command_that_another_host_has_not_ended_does_not_start():
     made, end = controller("smartmotor")
     end.ask(b"UCI UDI ZS A=100 V=100000 P=5000 \rG")
     probe("smartmotor", end, Settings(find_options=False))
-    assert not made.axes["shaft"].moving
-    assert made.axes["shaft"].position == 0
+    assert not made.axes["shaft"].moving and made.axes["shaft"].position == 0
 
 
 def test_a_silent_port():
@@ -303,8 +299,7 @@ def test_wrong_ports():
     with pytest.raises(LinkError, match=r"cannot open bus://127\.0\.0\.1:1 \(.*check the address"):
         open_end("bus://127.0.0.1:1", None)
     done = run("probe", "/dev/no-such-port", "--model", "if1")
-    assert done.code == 2
-    assert done.err.startswith("axistwin: cannot open /dev/no-such-port (")
+    assert done.code == 2 and done.err.startswith("axistwin: cannot open /dev/no-such-port (")
     assert "Errno" not in done.err
     assert run("probe", "/dev/no-such-port", "--model", "if1", "--report", "x.txt").code == 2
 
@@ -316,8 +311,7 @@ def test_the_report():
     assert kept["counts"] == {"same": 154, "differs": 2, "inconclusive": 0}
     assert kept["facts"] == {"part number": "94-012345-02B"}
     assert kept["seen_on_real_hardware"]["Requests"] > 50
-    assert "<td>FDh part number</td>" in html(found)
-    assert html(found).count("<tr") == 157
+    assert "<td>FDh part number</td>" in html(found) and html(found).count("<tr") == 157
 
 
 def test_help_has_examples():

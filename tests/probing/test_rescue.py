@@ -97,8 +97,7 @@ def test_a_motor_and_its_twins(tmp_path):
         "KP": 99, "E": 2000, "SLP": 500, "a": 7, "bb": 9 << 24, "zzz": -4, "O": 33, "D": 5, "P": 100,
     }  # fmt: skip
     values = json.loads((tmp_path / "first/rescue.json").read_text())["values"]
-    assert values["RSP"] == "24576/476"
-    assert values["RU"] == "111"
+    assert values["RSP"] == "24576/476" and values["RU"] == "111"
     bench, end = again(tmp_path / "first")
     second = rescue(end, find(end), tmp_path / "second")
     assert {n: second.files[n] for n in ("machine.toml", "program.sms")} == {
@@ -113,8 +112,7 @@ def test_separate_arrays_are_found(tmp_path):
     _, end = controller("smartmotor", array_overlay=False)
     end.ask(b"al[3]=70000 aa=1 \r")
     done = rescue(end, Found("smartmotor"), tmp_path / "out")
-    assert not done.differences
-    assert table(done)["options"] == {"array_overlay": False}
+    assert not done.differences and table(done)["options"] == {"array_overlay": False}
     assert table(done)["variables"] == {"aa": 1, "al[3]": 70000}
 
 
@@ -130,8 +128,7 @@ def test_a_locked_program_and_an_echo(tmp_path):
 def test_a_board_and_its_twins(tmp_path):
     _, end = board()
     first = rescue(end, find(end), tmp_path / "first")
-    assert not first.differences
-    assert first.files["setup.181x"] == SETUP
+    assert not first.differences and first.files["setup.181x"] == SETUP
     assert first.contents.values["sequence 3"] == "40 02 / 29 00 00 07 D0"
     bench, end = again(tmp_path / "first")
     bench.run(3)
@@ -144,8 +141,7 @@ def test_a_streaming_mode_is_restored(tmp_path):
     end.bench.run(1.5)
     end.ask(bytes.fromhex("52 01 02 00 00 00 10 00 05"))
     done = rescue(end, find(end), tmp_path / "out")
-    assert done.files["setup.181x"] == "52 01 02 00 00 00 10 00 05\n"
-    assert not done.differences
+    assert done.files["setup.181x"] == "52 01 02 00 00 00 10 00 05\n" and not done.differences
 
 
 @pytest.mark.parametrize(("message", "line"), [
@@ -159,8 +155,7 @@ def test_an_interface_is_found_with_an_incomplete_move(tmp_path, message, line):
     found = find(end)
     assert found == Found("if1", line)
     done = rescue(end, found, tmp_path / "out")
-    assert not done.differences
-    assert done.contents.values["format"][0] == message.decode()[0]
+    assert not done.differences and done.contents.values["format"][0] == message.decode()[0]
     assert 'do = ["input1 high"]' in done.files["machine.toml"]
     assert "# Not read: sequence: no request lists it" in done.files["machine.toml"]
     assert not any(axis.pulse_times().size for axis in made.axes.values())
@@ -173,8 +168,7 @@ def test_a_motor_is_found_with_an_incomplete_move(rate):
     made.serial.write(b"G")
     end.bench.run(0.1)
     assert find(end) == Found("smartmotor", UartFormat(rate))
-    assert not made.axes["shaft"].moving
-    assert made.registers["P"].read() == 5000
+    assert not made.axes["shaft"].moving and made.registers["P"].read() == 5000
 
 
 def test_the_exchange_is_a_conversation_with_the_twin(tmp_path):

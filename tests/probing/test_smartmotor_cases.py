@@ -68,8 +68,7 @@ def test_what_could_move_something_is_not_in_the_whitelist_and_reports_variables
 def test_the_programs_without_motion_consist_of_whitelisted_statements_and_stop_after_power_up():
     for program in (memory.FLOW, memory.CHANNEL):
         lines = program.splitlines()
-        assert all(map(still.still, lines))
-        assert "RUN?" in lines[:2]
+        assert all(map(still.still, lines)) and "RUN?" in lines[:2]
         assert all(line == "RUN?" or line.startswith("PRINT") for line in lines[: lines.index("RUN?") + 1])
     assert not all(map(still.still, moving.INTERRUPTS.splitlines()))
 
@@ -109,14 +108,12 @@ def test_program_variables_and_eeprom_are_restored_and_nothing_moves():
     before = report(end, "CKS", "a", "z", "al[2]", "EPTR")
     assert before == ["000000 0000E1 P", "5", "-7", "123456", "77"]
     found = probe("smartmotor", end, MEMORY)
-    assert found.not_restored == ""
-    assert not found.of(Verdict.DIFFERS)
+    assert found.not_restored == "" and not found.of(Verdict.DIFFERS)
     assert sum(result.case.stores for result in found.of(Verdict.SAME)) == 37
     assert report(end, "CKS", "a", "z", "al[2]", "EPTR") == before
     end.ask(b"EPTR=7900 VLD(b,2)\r")
     assert report(end, "b", "c") == ["-7", "123456"]
-    assert made.axes["shaft"].position == 0
-    assert [made.pins[pin].level for pin in "ABEFG"] == [True] * 5
+    assert made.axes["shaft"].position == 0 and [made.pins[pin].level for pin in "ABEFG"] == [True] * 5
 
 
 def test_a_stored_program_is_neither_run_nor_overwritten():
@@ -164,5 +161,4 @@ def test_the_report_names_what_has_not_been_restored():
 
 def test_help_names_the_levels():
     text = run("probe", "--help").out
-    assert "--memory" in text
-    assert "--plug" in text
+    assert "--memory" in text and "--plug" in text

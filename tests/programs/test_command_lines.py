@@ -66,15 +66,13 @@ def test_a_pause_lets_a_run_continue(tmp_path):
 
 def test_a_run_does_not_delay_later_lines(tmp_path):
     record, outcome = run(tmp_path, "X@1000G$\nS1$\nK\n", until_s=10)
-    assert record.bench.seconds == 10
-    assert record.bench["if1"].axes["X"].velocity == 1000
+    assert record.bench.seconds == 10 and record.bench["if1"].axes["X"].velocity == 1000
     assert outcome == Outcome()
 
 
 def test_an_action_closes_a_switch(tmp_path):
     record, _ = run(tmp_path, "H1X100$\n! input1 high\nE\n")
-    assert heard(record)[-1] == b"C\r"
-    assert record.bench["if1"].axes["X"].position == 100
+    assert heard(record)[-1] == b"C\r" and record.bench["if1"].axes["X"].position == 100
 
 
 def test_an_endless_program_ends_at_the_given_time(tmp_path):
@@ -95,8 +93,7 @@ def test_lines_longer_than_the_buffer_wait_for_dtr(tmp_path):
     assert record.bench["if1"].axes["X"].position == sum(range(100, 110))
     long = ":" + ":".join(f"X{n}" for n in range(1, 40)) + ":$"
     record, _ = run(tmp_path, f"^10\n+0.1\n{long}\nF\n")  # sent during the ramp calculation, when nothing is read
-    assert record.bench["if1"].axes["X"].position == sum(range(1, 40))
-    assert heard(record)[-1] == b"0\r"
+    assert record.bench["if1"].axes["X"].position == sum(range(1, 40)) and heard(record)[-1] == b"0\r"
 
 
 @pytest.mark.parametrize("line", ["110 8N2", "300 7E1", "1200 7O2", "2400 8N1", "9600 8E1", "4800 8O2", "instant"])

@@ -37,8 +37,7 @@ def test_other_files_are_refused(contents, code, tmp_path):
 def test_the_first_comments_name_a_national_keyboard(keyboard, encoding, typed, tmp_path):
     file = tmp_path / "p.if1"
     file.write_bytes(f"; für\n; keyboard: {keyboard}\n{typed}\n".encode(encoding))
-    assert run("check", file).code == 0
-    assert "> X100@900$\\r" in run("run", "if1", file).out
+    assert run("check", file).code == 0 and "> X100@900$\\r" in run("run", "if1", file).out
 
 
 def test_without_a_keyboard_its_characters_are_refused_with_a_hint(tmp_path):
@@ -94,8 +93,7 @@ def test_a_typographic_character_is_one_clear_error_that_is_fixed(name, text, en
     found = [line.removeprefix(f"{file}:") for line in run("check", file).out.splitlines() if "[AX106]" in line]
     assert [line.replace(": error:", "").partition(" is a ")[0] for line in found] == errors
     run("check", "--fix", file)
-    assert file.read_bytes().decode(encoding) == fixed
-    assert "AX106" not in run("check", file).out
+    assert file.read_bytes().decode(encoding) == fixed and "AX106" not in run("check", file).out
 
 
 @pytest.mark.parametrize(("model", "name", "text"), [
@@ -113,8 +111,7 @@ def test_a_stored_program_with_a_typographic_character_is_refused(tmp_path):
     file = tmp_path / "p.sms"
     file.write_text("a=b−1\nEND\n", encoding="utf-8")
     ran = run("run", "smartmotor", file)
-    assert ran.code == 1
-    assert f"! AX106 − is a typographic minus: write -  ({file}:1:4)" in ran.out
+    assert ran.code == 1 and f"! AX106 − is a typographic minus: write -  ({file}:1:4)" in ran.out
 
 
 @pytest.mark.parametrize(("text", "said"), [

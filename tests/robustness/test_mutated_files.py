@@ -28,8 +28,7 @@ def test_twelve_mutated_files(mutated_files, kind, monkeypatch):
     """No traceback and no hang, and one line for each refusal; `check` accepts exactly the scenes that can be built."""
     monkeypatch.setattr(Engine, "_compiled", lambda engine: None)  # a compilation takes longer than the time limit
     verdict = mutated_files.campaign((kind,), 12, seed=1811)
-    assert verdict.found == []
-    assert verdict.files[kind] == 12
+    assert verdict.found == [] and verdict.files[kind] == 12
     assert verdict.refused[kind] > 0
 
 
@@ -142,8 +141,7 @@ def test_a_conversation_with_odd_options_and_numbers(tmp_path, capsys, text, mes
     (tmp_path / "a.talk").write_text(text)
     code = execute(["run", "if1", str(tmp_path / "a.talk")])
     told = capsys.readouterr().err
-    assert message in told
-    assert code == (1 if "a.talk" in message else 2 if message else 0)
+    assert message in told and code == (1 if "a.talk" in message else 2 if message else 0)
     assert all(len(line) < 400 for line in told.splitlines())
 
 
@@ -155,8 +153,7 @@ def test_a_program_with_long_numbers(tmp_path, capsys, suffix, model, text):
     (tmp_path / f"a.{suffix}").write_text(text)
     assert execute(["run", model, str(tmp_path / f"a.{suffix}"), "--for", "3"]) == 1
     told = capsys.readouterr().err
-    assert f"a.{suffix}:1:" in told
-    assert len(told) < 400
+    assert f"a.{suffix}:1:" in told and len(told) < 400
 
 
 @pytest.mark.parametrize("number", ["9" * 20, "-" + "9" * 400])

@@ -50,8 +50,7 @@ def test_the_switch_is_turned_again_by_what_turning_it_changes():
     """A pin's change switches the power again, one turn after the other: off, off, on, off, on."""
     power = (("power", "cycle"), ("power", "cycle"), ("power", "off"))
     case = campaign.Case("if1", 1, 6, "inside", power)
-    assert campaign.play(case)[-2] is True
-    assert campaign.wrong(case) == ""
+    assert campaign.play(case)[-2] is True and campaign.wrong(case) == ""
 
 
 WORKS = {
@@ -88,8 +87,7 @@ def test_a_fault_and_a_loss_of_power(model, work, fault):
                 write(it, act)
         stood = it.axes["X"].position
         bench.run(0.5)
-        assert it.axes["X"].position == stood
-        assert not any(it.pins[f"output{n}"].level for n in range(1, 6))
+        assert it.axes["X"].position == stood and not any(it.pins[f"output{n}"].level for n in range(1, 6))
         it.serial.drop_pending()
         it.serial.read()
         it.pins[fault].release()
@@ -97,8 +95,7 @@ def test_a_fault_and_a_loss_of_power(model, work, fault):
         initialise(bench, it)
         write(it, "X5$")
         bench.run(0.2)
-        assert it.axes["X"].position == stood + 5
-        assert ask(bench, it, "E") == b"C\r"
+        assert it.axes["X"].position == stood + 5 and ask(bench, it, "E") == b"C\r"
 
 
 @pytest.mark.parametrize("message", [":S1:H1:X100:$", "X7S1$", ":S1:X100:$"])

@@ -77,8 +77,7 @@ def test_a_limit_switch_of_the_example_opens():
     bench.run(1.2)
     table.serial.write(b"X-500$\r")
     bench.run(2.0)
-    assert not table.pins["limit_minus"].level
-    assert -500 < table.axes["X"].position < -160
+    assert not table.pins["limit_minus"].level and -500 < table.axes["X"].position < -160
 
 
 def test_names_ports_and_options(scene, tmp_path):
@@ -234,8 +233,7 @@ def test_terminals_that_a_wire_can_drive(scene):
 def test_errors_of_a_scene_have_a_place_and_a_remedy(scene, tmp_path, models, more, message):
     with pytest.raises(SceneError) as caught:
         scene(controllers(*models.split(), more=more)).build()
-    assert str(caught.value).startswith(f"{tmp_path}/s.toml:{message}")
-    assert "\n" not in str(caught.value)
+    assert str(caught.value).startswith(f"{tmp_path}/s.toml:{message}") and "\n" not in str(caught.value)
 
 
 def test_a_missing_scene(tmp_path):
@@ -269,16 +267,14 @@ def test_the_schema_has_the_keys_of_both_kinds_of_axis():
     assert set(axes[1]["properties"]) == {"limits", "motor", "load", "units"}
     values, names = axes[1]["properties"]["motor"]["anyOf"]
     assert names["enum"] == ["frame17", "frame23", "frame34"]
-    assert values["properties"]["kp"] == {"type": "integer"}
-    assert not values["additionalProperties"]
+    assert values["properties"]["kp"] == {"type": "integer"} and not values["additionalProperties"]
 
 
 def test_places_in_a_file():
     found = places(FULL)
     lines = FULL.splitlines()
     shown = {path: lines[line - 1][column - 1 :][:12] for path, (line, column) in found.items()}
-    assert shown["controller", 0] == "[[controller"
-    assert shown["controller", 0, "ports", 1] == '"pty:/tmp/x"'
+    assert shown["controller", 0] == "[[controller" and shown["controller", 0, "ports", 1] == '"pty:/tmp/x"'
     assert shown["controller", 0, "options", "busy"] == 'busy = "hold'
     assert shown["controller", 0, "axes", "X"] == "[controller."
     assert shown["controller", 0, "axes", "X", "motor", "torque", 1, 0] == "1000, 0.5]]"

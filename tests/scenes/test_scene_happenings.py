@@ -107,8 +107,7 @@ def test_two_hosts_send_command_lines_at_the_same_time(scene):
     bench = scene(two, a_if1="X1000$\nN\nX-$\n", b_if1="+1\nX300$\n! input1 high\n").build()
     bench.run(12)
     a, b = bench["a"], bench["b"]
-    assert a.serial.read() == b"U\r1000\r"
-    assert (a.axes["X"].position, b.axes["X"].position) == (0, 300)
+    assert a.serial.read() == b"U\r1000\r" and (a.axes["X"].position, b.axes["X"].position) == (0, 300)
     assert b.pins["input1"].level
 
 
@@ -220,8 +219,7 @@ def test_run_and_serve_accept_a_scene(scene, tmp_path):
     made = scene(IF1 + 'host = "f.if1"\n[[controller]]\nmodel = "if2"\n', f_if1="X100$\n")
     assert made.hosted == {"if1"}
     result = CliRunner().invoke(axistwin, ["run", str(tmp_path / "s.toml"), "--json"])
-    assert result.exit_code == 0
-    assert json.loads(result.stdout)["note"] == ""
+    assert result.exit_code == 0 and json.loads(result.stdout)["note"] == ""
     assert CliRunner().invoke(axistwin, ["run", "if1"]).exit_code != 0
 
 
@@ -236,8 +234,7 @@ def test_a_served_controller_has_no_simulated_host(scene):
 def test_serve_refuses_a_scene_without_ports(scene, tmp_path):
     scene(IF1 + 'host = "f.if1"\n', f_if1="X100$\n")
     done = CliRunner().invoke(axistwin, ["serve", str(tmp_path / "s.toml")])
-    assert isinstance(done.exception, UsageError)
-    assert "has a port for an external host" in str(done.exception)
+    assert isinstance(done.exception, UsageError) and "has a port for an external host" in str(done.exception)
 
 
 def test_the_schema_for_editors_has_every_parameter_of_every_fault():

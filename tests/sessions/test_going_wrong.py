@@ -26,8 +26,7 @@ async def test_it_stands_there_says_why_and_can_go_on(speed, caplog):
     session = Session(Scene.given(SCENE).build, speed)
     session.run()
     await asyncio.sleep(5)
-    assert (session.running, session.seconds) == (False, 2)
-    assert WHY in session.halted_by
+    assert (session.running, session.seconds) == (False, 2) and WHY in session.halted_by
     assert WHY in caplog.text
     session.run()
     await asyncio.sleep(2)
@@ -45,8 +44,7 @@ async def test_on_the_way_to_another_moment_it_is_only_told(caplog):
     await session.go_to(0.5)
     caplog.clear()
     await session.go_to(3.5)
-    assert session.seconds == 3.5
-    assert session.halted_by == ""
+    assert session.seconds == 3.5 and session.halted_by == ""
     assert WHY in caplog.text
     assert pins(session) == [False, True]
 
@@ -55,8 +53,7 @@ async def test_a_step_ends_there():
     session = Session(Scene.given(SCENE).build)
     session.run()
     await asyncio.sleep(1.5)
-    assert not await session.step("move")
-    assert session.seconds == 2
+    assert not await session.step("move") and session.seconds == 2
     assert WHY in session.halted_by
 
 
@@ -66,5 +63,4 @@ async def test_a_program_whose_act_cannot_be_done_does_not_end_the_session():
     await asyncio.sleep(0.5)
     session.load("if1", "wrong.if1", "X1$\n! mend gap\nX2$\n")
     await asyncio.sleep(8)
-    assert not session.running
-    assert "unknown fault 'gap'" in session.halted_by
+    assert not session.running and "unknown fault 'gap'" in session.halted_by

@@ -28,8 +28,7 @@ def test_a_host_that_polls_takes_five_bytes_a_poll():
     polls = 20_000
     for n in range(polls):
         journal.add(n * 50 * MS, n, POLL)
-    assert journal.bytes < 5.1 * polls
-    assert sum(len(moment.acts) for moment in journal) == polls
+    assert journal.bytes < 5.1 * polls and sum(len(moment.acts) for moment in journal) == polls
 
 
 def test_what_is_forgotten_has_never_been():
@@ -46,8 +45,7 @@ def test_a_full_journal_keeps_no_more_and_says_since_when():
     journal = Journal(max_bytes=1000)
     kept = [journal.add(n * MS, n, Say(b"%d" % n, controller="if1")) for n in range(10)]
     assert kept == [True] * 3 + [False] * 7
-    assert journal.full_ns == 3 * MS
-    assert len(list(journal)) == 3
+    assert journal.full_ns == 3 * MS and len(list(journal)) == 3
     journal.truncate(Cursor())
     assert journal.full_ns is None
 
@@ -60,6 +58,5 @@ def test_what_is_forgotten_takes_no_room():
     for n in range(1, 10):
         journal.add(n * MS, n, Say(b"%d" % n, controller="if1"))
     journal.truncate(cursor)
-    assert journal.bytes == kept
-    assert [journal.add(n * MS, n, POLL) for n in range(1, 4)] == [True] * 3
+    assert journal.bytes == kept and [journal.add(n * MS, n, POLL) for n in range(1, 4)] == [True] * 3
     assert list(journal) == [Moment(n * MS, (POLL,)) for n in range(4)]

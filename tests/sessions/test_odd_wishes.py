@@ -88,8 +88,7 @@ async def test_on_the_way_nothing_is_forgotten_and_no_break_is_added():
         with pytest.raises(UsageError, match="wait until the method `step`"):
             wish()
     await on_the_way
-    assert session.repeating
-    assert session.recorded_seconds == recorded_s
+    assert session.repeating and session.recorded_seconds == recorded_s
 
 
 async def test_who_gives_up_on_the_way_finds_the_breaks_armed():

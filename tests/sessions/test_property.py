@@ -168,12 +168,10 @@ async def repeat(build, told, shares, directory):
         time_ns = int(end_ns * share)
         await session.go_to(0)
         await session.go_to(time_ns / 1e9)
-        assert abs(session.bench.now - time_ns) <= 1
-        assert session.recorded_seconds == end_ns / 1e9
+        assert abs(session.bench.now - time_ns) <= 1 and session.recorded_seconds == end_ns / 1e9
         assert traced.rows() == upto(first, session.bench.now)
     await session.go_to(0)
     await session.go_to(end_ns / 1e9)
     assert traced.rows() == first
-    assert not session.repeating
-    assert session.save() == saved
+    assert not session.repeating and session.save() == saved
     assert run_saved(saved, directory, end_ns / 1e9) == first

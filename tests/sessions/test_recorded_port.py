@@ -76,8 +76,7 @@ def device():
 )
 def test_each_act_of_a_host_is_recorded_and_performed(device, act, state):
     perform(device.port, act)
-    assert device.recorded == [act]
-    assert state(device.port)
+    assert device.recorded == [act] and state(device.port)
     assert state(device.raw)
 
 
@@ -100,8 +99,7 @@ def test_what_an_act_causes_at_once_is_not_recorded():
     device.uart.on_receive = lambda byte, errors: setattr(device.raw.host, "baudrate", 4800)
     device.port.write(b"a")
     device.port.host.dtr = False
-    assert device.recorded == [Write(b"a"), SetLine("dtr", False)]
-    assert device.port.host.format == SLOW
+    assert device.recorded == [Write(b"a"), SetLine("dtr", False)] and device.port.host.format == SLOW
 
 
 def test_an_invalid_break_is_not_recorded(device):

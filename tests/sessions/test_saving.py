@@ -96,8 +96,7 @@ async def test_hosts_that_stayed_away_are_left_out(tmp_path):
     session = await session_of(scene, served=True)
     session.say("if1", b"(")
     files = session.save()
-    assert sorted(files) == ["if1.talk", "scene.toml"]
-    assert 'host = ["if1.talk"]' in files["scene.toml"]
+    assert sorted(files) == ["if1.talk", "scene.toml"] and 'host = ["if1.talk"]' in files["scene.toml"]
     session = await session_of(scene)
     session.say("if1", b"(")
     assert 'host = ["moves.if1", "if1.talk"]' in session.save()["scene.toml"]
@@ -144,8 +143,7 @@ async def test_what_is_kept_without_power_goes_with_it(tmp_path):
     await asyncio.sleep(1)
     session.load("motor", "a.sms", "a=1\nEND\n")
     session.do("motor", "power", "off")
-    assert "state" in session.save()["scene.toml"]
-    assert "state/motor.json" not in session.save()
+    assert "state" in session.save()["scene.toml"] and "state/motor.json" not in session.save()
     later = Session(build, 1.0)
     assert later.save()["state/motor.json"] == (tmp_path / "memory" / "motor.json").read_text()
 
@@ -162,8 +160,7 @@ def test_a_conversation_in_a_scene_waits_for_what_it_hears(tmp_path):
     heard = []
     bench["if1"].serial.subscribe_received(lambda byte, _: heard.append(bench.seconds))
     bench.run(5)
-    assert when["input1"] == heard[1]
-    assert when["input2"] == pytest.approx(when["input1"] + 2)
+    assert when["input1"] == heard[1] and when["input2"] == pytest.approx(when["input1"] + 2)
 
 
 @pytest.mark.parametrize(("talk", "message"), [
@@ -212,8 +209,7 @@ async def test_what_people_do_at_the_very_nanosecond_of_the_scene_s_own_acts_com
     await session.go_to(0)
     await session.go_to(end_ns / 1e9)
     assert order == first
-    assert traced.rows() == found
-    assert run_saved(files, tmp_path / "saved", end_ns / 1e9) == found
+    assert traced.rows() == found and run_saved(files, tmp_path / "saved", end_ns / 1e9) == found
 
 
 def watch(bench, order):

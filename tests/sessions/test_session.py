@@ -62,8 +62,7 @@ async def test_a_break_stops_in_the_middle_of_a_move_on_that_very_pulse():
     stop = session.add_break("if1.X passes 30")
     session.say("if1", MOVE)
     await until(lambda: not session.running)
-    assert position(session) == 30
-    assert (session.halted_by, stop.hits) == ("break: if1.X passes 30", 1)
+    assert position(session) == 30 and (session.halted_by, stop.hits) == ("break: if1.X passes 30", 1)
     stop.on = False
     session.run()
     await asyncio.sleep(2)
@@ -105,19 +104,16 @@ async def test_steps():
     session.pause()
     session.say("if1", MOVE)
     began_ns = session.bench.now
-    assert not session.bench["if1"].axes["X"].moving
-    assert await session.step("move")
+    assert not session.bench["if1"].axes["X"].moving and await session.step("move")
     assert session.bench["if1"].axes["X"].moving
     moving_ns = session.bench.now
     assert began_ns < moving_ns < began_ns + 100 * MS
-    assert await session.step("move")
-    assert position(session) == 100
+    assert await session.step("move") and position(session) == 100
     assert not session.bench["if1"].axes["X"].moving
     session.say("if1", b"E\r")
     levels = []
     session.bench["if1"].serial.subscribe_received(lambda *_: levels.append(session.bench.now))
-    assert await session.step("event")
-    assert levels in ([], [session.bench.now])
+    assert await session.step("event") and levels in ([], [session.bench.now])
     with pytest.raises(
         UsageError, match="unknown kind of step 'jump': expected one of event, character, statement, move"
     ):
@@ -137,8 +133,7 @@ def test_a_message_is_one_event_and_its_characters_are_steps():
             steps += bool(heard)
         return bytes(heard), steps
 
-    assert drive(steps_of("character")) == (b"0\r", 2)
-    assert drive(steps_of("event")) == (b"0\r", 1)
+    assert drive(steps_of("character")) == (b"0\r", 2) and drive(steps_of("event")) == (b"0\r", 1)
 
 
 async def test_a_restart_begins_again_and_can_be_undone():
@@ -184,8 +179,7 @@ async def test_a_later_time_is_reached_at_full_speed(running):
         session.pause()
     session.say("if1", MOVE)
     await session.advance_to(1000)
-    assert (position(session), session.running) == (100, running)
-    assert session.seconds == 1000
+    assert (position(session), session.running) == (100, running) and session.seconds == 1000
     with pytest.raises(UsageError, match=r"999 s has already passed: expected a time after 1000.000 s"):
         await session.advance_to(999)
 
@@ -215,8 +209,7 @@ async def test_a_step_where_nothing_happens_tells_so():
     session.speed = None
     session.run()
     await asyncio.sleep(0.1)
-    assert not await session.step("move")
-    assert session.seconds < 61
+    assert not await session.step("move") and session.seconds < 61
 
 
 async def test_who_is_on_the_way_may_give_up_and_stands_where_he_has_come_to(monkeypatch):
@@ -263,8 +256,7 @@ async def test_a_step_stops_at_a_break():
 async def test_a_servo_is_stepped_to_the_end_of_its_motion():
     session = Session(motor, None)
     session.say("motor", READY + b"P=300 G ")
-    assert await session.step("move")
-    assert await session.step("move")
+    assert await session.step("move") and await session.step("move")
     axis = session.bench["motor"].axes["shaft"]
     assert (axis.position, axis.moving) == (300, False)
 
@@ -279,11 +271,9 @@ async def test_back_in_time_and_on_into_the_recorded_future():
     seen = []
     session.each_bench(seen.append)
     await session.go_to(2.0)
-    assert session.bench is not first
-    assert seen == [first, session.bench]
+    assert session.bench is not first and seen == [first, session.bench]
     assert (session.seconds, session.repeating, session.progress, session.running) == (2.0, True, None, False)
-    assert session.recorded_seconds == end_s
-    assert position(session) == 0
+    assert session.recorded_seconds == end_s and position(session) == 0
     assert stop.hits == 0
     session.run()
     await until(lambda: not session.running)
@@ -291,8 +281,7 @@ async def test_back_in_time_and_on_into_the_recorded_future():
     stop.on = False
     session.run()
     await until(lambda: not session.repeating)
-    assert position(session) == 100
-    assert session.running
+    assert position(session) == 100 and session.running
 
 
 async def test_who_does_something_in_the_past_begins_another_future():
@@ -316,8 +305,7 @@ async def test_the_rest_can_be_forgotten_by_hand():
     session.say("if1", MOVE)
     await session.go_to(1.0)
     session.forget_rest()
-    assert (session.repeating, session.recorded_seconds) == (False, 1.0)
-    assert list(session.journal) == []
+    assert (session.repeating, session.recorded_seconds) == (False, 1.0) and list(session.journal) == []
 
 
 async def test_what_has_not_been_recorded_cannot_be_gone_to():

@@ -12,8 +12,7 @@ def test_time_is_an_integer_and_stands_at_the_end_of_a_run():
     clock = Clock()
     clock.run_to(7)
     clock.run_to(7)
-    assert clock.now == 7
-    assert type(clock.now) is int
+    assert clock.now == 7 and type(clock.now) is int
 
 
 def test_what_is_due_at_the_end_of_a_run_has_happened_also_what_it_brings_about():

@@ -155,8 +155,7 @@ def test_an_instant_line_takes_no_time_but_waits_for_room():
     assert [byte for byte, _ in wire.send(b"abcd", 0)] == list(b"abc")
     wire.second.has_room = lambda: True
     wire.second.pump_peer()
-    assert [byte for byte, _ in wire.received] == list(b"abcd")
-    assert wire.clock.now == 0
+    assert [byte for byte, _ in wire.received] == list(b"abcd") and wire.clock.now == 0
 
 
 @settings(max_examples=60, deadline=None)
@@ -213,7 +212,6 @@ def test_a_second_look_reads_one_character_in_another_format(instant):
         return slow if low_ns == 4 * slow.bit_ns else None
 
     wire.second.second_look = look
-    assert wire.send(b"(") == [(0x28, NONE)]
-    assert seen == [(4 * slow.bit_ns, (0x28, NONE))]
+    assert wire.send(b"(") == [(0x28, NONE)] and seen == [(4 * slow.bit_ns, (0x28, NONE))]
     wire.first.format = wire.second.format
     assert wire.send(b"(")[1:] == [(0x28, NONE)]

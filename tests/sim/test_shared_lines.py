@@ -101,8 +101,7 @@ def test_two_that_begin_at_once_are_heard_as_the_and_of_their_bits(clock, one, o
     first.uart.send(bytes([one]))
     second.uart.send(bytes([other]))
     clock.run_to(10 * MS)
-    assert (port.read(), third.bytes) == (bytes([one & other]),) * 2
-    assert third.errors == [LineError.NONE]
+    assert (port.read(), third.bytes) == (bytes([one & other]),) * 2 and third.errors == [LineError.NONE]
 
 
 def test_a_second_one_that_begins_in_the_middle_of_a_character_garbles_both(clock):

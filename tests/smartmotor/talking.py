@@ -123,8 +123,7 @@ def load(bench: Bench, motor: Controller, program: str | bytes, block: int = 8) 
     for at in range(0, len(data), block):
         part = data[at : at + block]
         assert send(bench, motor, part) == (ACKNOWLEDGE if len(part) == block else b"")
-    assert send(bench, motor, END + b" ") == b""
-    assert ask(bench, motor, "RCKS").endswith("P")
+    assert send(bench, motor, END + b" ") == b"" and ask(bench, motor, "RCKS").endswith("P")
 
 
 def run(bench: Bench, motor: Controller, program: str, samples: int = 100) -> None:

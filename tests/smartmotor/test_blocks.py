@@ -99,8 +99,7 @@ def test_several_blocks_as_one_move_and_end_as_single_blocks(sample, compiled, l
     assert max(lengths) == 4 * core.LONGEST
     lengths.clear()
     monkeypatch.setattr(core, "AT_ONCE", 1)
-    assert (*stopped(sample), lengths[-2:]) == as_one
-    assert max(lengths) == core.LONGEST
+    assert (*stopped(sample), lengths[-2:]) == as_one and max(lengths) == core.LONGEST
 
 
 def test_a_bench_with_a_wall_clock_computes_single_blocks(compiled, lengths):

@@ -190,8 +190,7 @@ def test_example_5_stretches_the_base_at_the_next_zero_point(bench):
     assert value(bench, motor, "b") == value(bench, motor, "BASE") == 10_030
     bench.run(0.2)
     before = turn_to(bench, motor, 5000)
-    assert turn_to(bench, motor, 10_015) - before == 1000
-    assert value(bench, motor, "CX") == 0
+    assert turn_to(bench, motor, 10_015) - before == 1000 and value(bench, motor, "CX") == 0
 
 
 # Beyond

@@ -40,8 +40,6 @@ def test_o_names_the_shaft_and_keeps_the_following_error(bench):
     error = value(bench, motor, "0-@P")
     assert error < -5
     send(bench, motor, "O=5000", 0)
-    assert ask(bench, motor, "RP", 0) == "5000"
-    assert ask(bench, motor, "RPE", 0) == str(error)
+    assert ask(bench, motor, "RP", 0) == "5000" and ask(bench, motor, "RPE", 0) == str(error)
     bench.run(1)
-    assert ask(bench, motor, "RP", 0) == str(5000 + error)
-    assert motor.axes["shaft"].position == 0
+    assert ask(bench, motor, "RP", 0) == str(5000 + error) and motor.axes["shaft"].position == 0

@@ -108,8 +108,7 @@ def test_mtb_after_coasting_has_begun(bench):
     send(bench, motor, "BRKRLS OFF", 0.02)
     assert motor.axes["shaft"].velocity > 10_000
     send(bench, motor, "MTB", 0)
-    assert ask(bench, motor, "RMODE", 0) == "B"
-    assert stop(bench, motor)[1] < 100_000_000
+    assert ask(bench, motor, "RMODE", 0) == "B" and stop(bench, motor)[1] < 100_000_000
 
 
 def test_shorted_windings_give_way_to_a_load_at_a_speed_that_grows_with_it(bench):
@@ -172,8 +171,7 @@ def test_the_trajectory_follows_the_shaft_after_a_stop_by_mtb(bench):
     send(bench, motor, "MTB", 0.5)
     at = motor.axes["shaft"].position
     send(bench, motor, "MP A=100 V=100000 D=0 G", 0.2)
-    assert abs(motor.axes["shaft"].position - at) <= 2
-    assert send(bench, motor, "RBe RBo") == b"0\r0\r"
+    assert abs(motor.axes["shaft"].position - at) <= 2 and send(bench, motor, "RBe RBo") == b"0\r0\r"
 
 
 @pytest.mark.parametrize("command", ["MTB", "BRKRLS OFF"])
@@ -199,5 +197,4 @@ def test_bt_and_brake_with_brktrj_on_a_real_motor(bench, name):
     """5.2: at the end of the trajectory the windings are shorted, and the shaft stays near its target."""
     motor = ready(bench, shaft={"motor": name})
     send(bench, motor, "BRKTRJ A=50 V=100000 P=5000 G", 1.5)
-    assert send(bench, motor, "RBt RMODE") == b"0\rB\r"
-    assert abs(motor.axes["shaft"].position - 5000) < 50
+    assert send(bench, motor, "RBt RMODE") == b"0\rB\r" and abs(motor.axes["shaft"].position - 5000) < 50

@@ -57,16 +57,14 @@ def test_the_value_of_an_expression():
 def test_an_overflow_or_a_division_by_zero_sets_bd(text):
     """7 of the base language: overflow, division by zero, and powers above 4 abandon the statement and set Bd."""
     i, v = machine(b=100_000)
-    assert value(text, i, v) is None
-    assert (i[state.BD], i[state.BU]) == (1, 0)
+    assert value(text, i, v) is None and (i[state.BD], i[state.BU]) == (1, 0)
 
 
 @pytest.mark.parametrize("text", ["ab[204]", "ab[-1]", "aw[102]", "al[51]", "al[-1]", "aw[b]", "ab[aw[0]-1]"])
 def test_an_index_outside_the_array_sets_bu(text):
     """8.2: the elements are ab[0…203], aw[0…101] and al[0…50]; any other index sets Bu."""
     i, v = machine(b=1000)
-    assert value(text, i, v) is None
-    assert (i[state.BD], i[state.BU]) == (0, 1)
+    assert value(text, i, v) is None and (i[state.BD], i[state.BU]) == (0, 1)
 
 
 def test_the_arrays_share_memory_most_significant_byte_first():
@@ -99,10 +97,8 @@ def test_positions():
 
 def test_clock_status_and_pins():
     i, v = machine(SAMPLE=1000, CLK_ZERO=300, BT=1, BO=1, BX=1, BK=1, BC=1, PINS=0b1000101)
-    assert value("CLK", i, v) == 700
-    assert (value("W", i, v), value("S", i, v)) == (1 + 128 + 256 + 32768, 129)
-    assert [value(f"B{bit}", i, v) for bit in "toxkcs"] == [1, 1, 1, 1, 1, 0]
-    assert value("U", i, v) == 69
+    assert value("CLK", i, v) == 700 and (value("W", i, v), value("S", i, v)) == (1 + 128 + 256 + 32768, 129)
+    assert [value(f"B{bit}", i, v) for bit in "toxkcs"] == [1, 1, 1, 1, 1, 0] and value("U", i, v) == 69
     assert [value(f"U{pin}I", i, v) for pin in "ABCDEFG"] == [1, 0, 1, 0, 0, 0, 1]
     assert [value(f"U{pin}", i, v) for pin in "ABCDEFG"] == [1, 0, 1, 0, 0, 0, 1]
     i[state.ANALOG + 6] = 1023
@@ -112,8 +108,7 @@ def test_clock_status_and_pins():
 def test_using_i_clears_bi():
     """Bi is cleared by using I (10 of the base language)."""
     i, v = machine(INDEX=-500, BI=1)
-    assert value("Bi", i, v) == 1
-    assert value("I+1", i, v) == -499
+    assert value("Bi", i, v) == 1 and value("I+1", i, v) == -499
     assert value("Bi", i, v) == 0
 
 
@@ -197,8 +192,7 @@ def test_every_expression_has_the_value_that_python_calculates(tree):
         expected = calculated(tree)
     except ArithmeticError:
         expected = None
-    assert value(written(tree), i, v) == expected
-    assert i[state.BD] == (expected is None)
+    assert value(written(tree), i, v) == expected and i[state.BD] == (expected is None)
 
 
 @settings(max_examples=50)

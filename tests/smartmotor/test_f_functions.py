@@ -106,8 +106,7 @@ def test_f_2_and_back_leaves_a_resting_motor_where_it_is(bench, functions):
     send(bench, motor, "A=500 V=100000 P=2000 G", 1.0)
     at = motor.axes["shaft"].position
     send(bench, motor, functions, 0.2)
-    assert abs(motor.axes["shaft"].position - at) <= 1
-    assert send(bench, motor, "RBe RBo", 0) == b"0\r0\r"
+    assert abs(motor.axes["shaft"].position - at) <= 1 and send(bench, motor, "RBe RBo", 0) == b"0\r0\r"
 
 
 # Bit 3: the integral term

@@ -81,8 +81,7 @@ def test_while_decelerating_the_servo_is_on_and_nothing_else_is_obeyed(bench):
     send(bench, motor, f"F=1 {MOVE}", 0.1)
     send(bench, motor, "A=6553", 0)
     open_limit(bench, motor)
-    assert status_word(bench, motor) == BT + BR + BP
-    assert not motor.pins["brake"].level
+    assert status_word(bench, motor) == BT + BR + BP and not motor.pins["brake"].level
     send(bench, motor, "V=65536*50 G S X MT T=1000 MV G", 0.001)
     path = steps(bench, motor, 120)
     assert 80 < sum(step > 0 for step in path) < 95
@@ -103,8 +102,7 @@ def test_a_motor_that_cannot_follow_trips_at_e(bench, what, error):
     assert bench.run_until(lambda: motor.pins["brake"].level, 2.0)
     shaft.jam(True)
     assert status_word(bench, motor) == BO + BE
-    assert error - 100 <= abs(int(ask(bench, motor, "Rb"))) <= error + 400
-    assert ask(bench, motor, "RPE") == "0"
+    assert error - 100 <= abs(int(ask(bench, motor, "Rb"))) <= error + 400 and ask(bench, motor, "RPE") == "0"
     shaft.jam(False)
     shaft.load(0.0)
     send(bench, motor, "Ze G", 1.0)

@@ -107,8 +107,7 @@ def test_the_sample_program_tells_a_position_error(bench, motor):
     motor.axes["shaft"].jam(False)
     said += send(bench, motor, "", 3.0)
     first = said.split(b"\r")[0]
-    assert first.startswith(b"POSTION ERROR= ")
-    assert 1000 < int(first[15:]) < 1020
+    assert first.startswith(b"POSTION ERROR= ") and 1000 < int(first[15:]) < 1020
     assert status_word(bench, motor) & (BE + BS) == 0
 
 

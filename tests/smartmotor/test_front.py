@@ -112,8 +112,7 @@ def test_at_power_up_it_is_as_in_the_table_of_boot_up_defaults(bench):
     motor = bare(bench)
     lit = [letter for group, letter in lamps(motor) if group == WORD and shown(motor, group, letter)]
     assert sorted(lit) == ["Bl", "Bm", "Bo", "Bp", "Br"]
-    assert shown(motor, MOTOR, "MODE") == "B  mode torque brake"
-    assert shown(motor, MOTOR, "BRK") is True
+    assert shown(motor, MOTOR, "MODE") == "B  mode torque brake" and shown(motor, MOTOR, "BRK") is True
 
 
 @pytest.mark.parametrize(("text", "word"), [
@@ -122,8 +121,7 @@ def test_at_power_up_it_is_as_in_the_table_of_boot_up_defaults(bench):
 ])  # fmt: skip
 def test_the_mode_by_its_letter(bench, motor, text, word):
     send(bench, motor, text, 0.01)
-    assert ask(bench, motor, "RMODE") == word
-    assert str(shown(motor, MOTOR, "MODE")).split("  ")[0] == word
+    assert ask(bench, motor, "RMODE") == word and str(shown(motor, MOTOR, "MODE")).split("  ")[0] == word
 
 
 def test_readings_are_what_the_reports_say(bench):

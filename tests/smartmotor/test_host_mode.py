@@ -133,8 +133,7 @@ def test_the_example_at_the_speed_of_a_line(bench, baudrate):
     bench.run(0.2)
     motor.serial.host.baudrate = baudrate
     motor.serial.write(STROBED[:24].encode("latin-1") + b"G " + STROBED[24:].encode("latin-1"))
-    assert bench.run_until(lambda: motor.axes["shaft"].position == 0x4000, 1.0)
-    assert motor.serial.read() == b""
+    assert bench.run_until(lambda: motor.axes["shaft"].position == 0x4000, 1.0) and motor.serial.read() == b""
 
 
 # What a record is
@@ -156,8 +155,7 @@ def test_the_example_of_servo_in_place_with_a_velocity(bench, motor):
     start_host_mode(bench, motor, "O=0 MP A=2 V=10000 D=0 ", ONE_SEGMENT + points((9999, 256)))
     positions(bench, motor, 256)
     found = positions(bench, motor, 8192)
-    assert found == decelerating(start=64 << 16, velocity=16_384, a=2)
-    assert found[-1] == 1087
+    assert found == decelerating(start=64 << 16, velocity=16_384, a=2) and found[-1] == 1087
     back = positions(bench, motor, 15_000)
     assert back == sorted(back, reverse=True)
     steps = {before - after for before, after in pairwise(back)}
@@ -193,8 +191,7 @@ RECORDS = st.one_of(
 def test_any_records_and_commands_leave_the_motor_operable(said):
     """Records, commands and invalid text in any order: the motor answers, and a repeated run gives the same result."""
     first = after_rubbish("".join(said))
-    assert first == after_rubbish("".join(said))
-    assert first[-1:] == b"\r"
+    assert first == after_rubbish("".join(said)) and first[-1:] == b"\r"
 
 
 def after_rubbish(words):

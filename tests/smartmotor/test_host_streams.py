@@ -118,8 +118,7 @@ def test_a_line_that_is_too_slow_underflows(bench):
     bench.run(2)
     motor.serial.write(b"RMODE RBo ")
     bench.run(0.1)
-    assert motor.serial.read() == b"B\r1\r"
-    assert motor.axes["shaft"].position < 16 * 59
+    assert motor.serial.read() == b"B\r1\r" and motor.axes["shaft"].position < 16 * 59
 
 
 def test_a_real_motor_keeps_its_velocity_through_the_exit(bench):
@@ -133,8 +132,7 @@ def test_a_real_motor_keeps_its_velocity_through_the_exit(bench):
     lag = shaft.commanded - shaft.position
     for sample in range(0x301, 0x600):
         advance(bench)
-        assert shaft.commanded == 4 * sample
-        assert abs(shaft.commanded - shaft.position - lag) <= 4
+        assert shaft.commanded == 4 * sample and abs(shaft.commanded - shaft.position - lag) <= 4
     assert send(bench, motor, "RMODE RV RBe", 0) == b"V\r262144\r0\r"
 
 

@@ -51,8 +51,7 @@ def test_the_words_of_program_flow_contain_their_jumps():
 def test_the_header_has_labels_sum_length_and_the_label_addresses():
     """The header of TEXT: one label, C5 at place 4; 58 characters, whose codes add up to 3,500."""
     assert sum(ord(character) for character in TEXT) == 0xDAC
-    assert encode(TEXT).decode()[:35] == "$4001000DAC00003A000004000000050004"
-    assert labels(TEXT) == {5: 4}
+    assert encode(TEXT).decode()[:35] == "$4001000DAC00003A000004000000050004" and labels(TEXT) == {5: 4}
 
 
 def test_the_sums_of_the_program_end():
@@ -106,8 +105,7 @@ words = st.sampled_from(
 @given(st.lists(st.tuples(words, st.sampled_from(["\n", " ", "\r\n", " 'note\n"])), max_size=30))
 def test_every_program_survives_its_image(parts):
     text = strip("".join(word + end for word, end in parts))
-    assert strip(text) == text
-    assert decode(encode(text)) == (text, True)
+    assert strip(text) == text and decode(encode(text)) == (text, True)
     assert decode(text.encode()) == (text, True)
 
 

@@ -106,8 +106,7 @@ def test_between_the_thresholds_it_is_one_or_the_other_and_all_agree(bench, moto
     for tenths in range(9, 20):
         motor.pins["A"].drive(tenths / 10)
         first, second, word = send(bench, motor, "RUA a=UAI Ra a=U&1 Ra").split()
-        assert first == second == word
-        assert first in {b"0", b"1"}
+        assert first == second == word and first in {b"0", b"1"}
 
 
 # Analog values
@@ -158,5 +157,4 @@ def test_any_pin_commands_leave_the_motor_operable(words):
         return heard + b"|" + send(bench, motor, "RU RCLK")
 
     first = answer()
-    assert first.split(b"|")[-1].count(b"\r") == 2
-    assert answer() == first
+    assert first.split(b"|")[-1].count(b"\r") == 2 and answer() == first

@@ -20,14 +20,12 @@ def test_one_statement_per_sample():
     assert program.carried_out == [
         "a=1", "WHILE a<3", "a=a+1", "LOOP", "WHILE a<3", "a=a+1", "LOOP", "WHILE a<3", "IF a==3", "b=1", "END",
     ]  # fmt: skip
-    assert (program["a"], program["b"]) == (3, 1)
-    assert program.i[state.PROGRAM] == state.STOPPED
+    assert (program["a"], program["b"]) == (3, 1) and program.i[state.PROGRAM] == state.STOPPED
 
 
 def test_a_program_ends_at_its_end():
     program = run("a=1\nb=2")
-    assert program.carried_out == ["a=1", "b=2", "(end)"]
-    assert program.i[state.PROGRAM] == state.STOPPED
+    assert program.carried_out == ["a=1", "b=2", "(end)"] and program.i[state.PROGRAM] == state.STOPPED
 
 
 BRANCHES = "IF a==1 b=1 ELSEIF a==2 b=2 ELSEIF a==3 b=3 ELSE b=4 ENDIF c=1 END"
@@ -44,8 +42,7 @@ BRANCHES = "IF a==1 b=1 ELSEIF a==2 b=2 ELSEIF a==3 b=3 ELSE b=4 ENDIF c=1 END"
 )
 def test_if_elseif_else(a, expected):
     program = run(f"a={a} " + BRANCHES)
-    assert program.carried_out == [f"a={a}", *expected, "c=1", "END"]
-    assert program["b"] == a
+    assert program.carried_out == [f"a={a}", *expected, "c=1", "END"] and program["b"] == a
 
 
 def test_blocks_within_blocks():
@@ -110,16 +107,14 @@ def test_the_label_that_stands_first_counts():
 
 def test_an_unknown_label_sets_bs_and_the_program_goes_on():
     program = run("GOSUB5 GOTO6 a=1")
-    assert program.performed == ["GOSUB5", "GOTO6"]
-    assert program["a"] == 1
+    assert program.performed == ["GOSUB5", "GOTO6"] and program["a"] == 1
 
 
 def test_ten_return_addresses_fit():
     """An eleventh GOSUB sets Bs and has no effect."""
     labels = "".join(f" C{n} a={n} GOSUB{n + 1} RETURN" for n in range(1, 12))
     program = run(f"GOSUB1 b=a END{labels} C12 a=12 RETURN")
-    assert (program["a"], program.i[state.BS]) == (10, 1)
-    assert program["b"] == 10
+    assert (program["a"], program.i[state.BS]) == (10, 1) and program["b"] == 10
     assert program.i[state.DEPTH] == 0
 
 
@@ -181,8 +176,7 @@ def test_a_row_of_values():
     """1.1: `aw[0] 0 100 500 700.` sets consecutive elements; a list of example 3 has 6 values."""
     program = run("aw[0] 0 700 1100 2200 3300 2200. a=aw[5] b=aw[2] c=1 al[49] -7 8 9. ab[c+1] 3.")
     assert (program["a"], program["b"], program.i[state.BU]) == (2200, 1100, 1)
-    assert program.v[state.DOUBLES + 49] == -7
-    assert program.v[state.DOUBLES + 50] == 8
+    assert program.v[state.DOUBLES + 49] == -7 and program.v[state.DOUBLES + 50] == 8
     assert program.v[state.DOUBLES] == 0x03BC  # aw[1] was 700 = 02BCh
 
 
@@ -220,8 +214,7 @@ programs = st.lists(st.sampled_from(WORDS), max_size=40).map(" ".join)
 @given(programs)
 def test_any_program_runs_and_never_leaves_its_code(text):
     program = Processor(text).run(200)
-    assert 0 <= program.i[state.PC] < len(program.code)
-    assert 0 <= program.i[state.DEPTH] <= 10
+    assert 0 <= program.i[state.PC] < len(program.code) and 0 <= program.i[state.DEPTH] <= 10
     assert all(-(1 << 31) <= value < 1 << 31 for value in program.v)
 
 
@@ -230,8 +223,7 @@ def test_any_program_runs_and_never_leaves_its_code(text):
 @given(programs)
 def test_compiled_and_plain_are_the_same(text):
     plain, compiled = (Whole(Rig(None), text, compiled=choice) for choice in (False, True))
-    assert plain.run(200) == compiled.run(200)
-    assert (plain.i, plain.v) == (compiled.i, compiled.v)
+    assert plain.run(200) == compiled.run(200) and (plain.i, plain.v) == (compiled.i, compiled.v)
 
 
 @pytest.mark.parametrize(
@@ -254,8 +246,7 @@ def test_compiled_and_plain_are_the_same(text):
 def test_a_condition_that_is_not_an_expression_sets_bs_and_is_false(text, values, compiled):
     """Base 8: `IF n=3` is not a comparison, so the condition is false; the structure of the blocks is kept."""
     whole = Whole(Rig(None), text, compiled=compiled)
-    assert set(whole.run(1000)) == {ALL_DONE}
-    assert list(whole.v[:3]) == values
+    assert set(whole.run(1000)) == {ALL_DONE} and list(whole.v[:3]) == values
     assert whole.i[state.BS] == 1
 
 

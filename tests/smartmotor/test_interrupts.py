@@ -74,5 +74,4 @@ def test_a_jammed_motor_overheats_and_calls_c1(bench):
     motor.axes["shaft"].jam(True)
     assert any(send(bench, motor, "RBh", 0.1) == b"1\r" for _ in range(600))
     advance(bench, 20)
-    assert values(bench, motor, "i") == [1]
-    assert send(bench, motor, "RMODE RBo", 0) == b"B\r1\r"
+    assert values(bench, motor, "i") == [1] and send(bench, motor, "RMODE RBo", 0) == b"B\r1\r"

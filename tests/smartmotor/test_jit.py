@@ -29,14 +29,12 @@ def forget():
 
 
 def test_a_sampled_function_stays_what_it_is():
-    assert isinstance(servo.rotate, FunctionType)
-    assert servo.slowed(3.0, 1.0) == 2.0
+    assert isinstance(servo.rotate, FunctionType) and servo.slowed(3.0, 1.0) == 2.0
 
 
 def test_off_means_plain_python(afresh):
     afresh.setenv("AXISTWIN_JIT", "off")
-    assert not jit.available()
-    assert jit.best(servo.rotate) is servo.rotate
+    assert not jit.available() and jit.best(servo.rotate) is servo.rotate
     assert jit.note() == ""
 
 
@@ -44,8 +42,7 @@ def test_without_numba_it_is_slow_and_programs_can_say_so(afresh, caplog):
     afresh.delenv("AXISTWIN_JIT", raising=False)
     afresh.setitem(sys.modules, "numba", None)
     with caplog.at_level(logging.INFO, "axistwin.smartmotor"):
-        assert jit.best(servo.rotate) is servo.rotate
-        assert not jit.available()
+        assert jit.best(servo.rotate) is servo.rotate and not jit.available()
     assert jit.note().startswith('SmartMotors run in plain Python, many times slower: pip install "numba')
     assert jit.note().endswith(', or in a clone pip install ".[fast]"')
     assert not caplog.records  # the note is not logged a second time
@@ -128,8 +125,7 @@ def machine_code(directory):
 def test_compiled_functions_call_compiled_functions_and_are_kept(only_these):
     import numba
 
-    assert jit.best(outer)(1) == 30
-    assert outer(1) == 30
+    assert jit.best(outer)(1) == 30 and outer(1) == 30
     assert machine_code(only_these) == ["test_jit.outer"]
     assert numba.config.CACHE_DIR == ""
     assert "numba" not in outer.__module__ and outer.__globals__["inner"] is inner

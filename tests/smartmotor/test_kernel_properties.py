@@ -57,8 +57,7 @@ def test_a_position_move_keeps_to_a_and_v_in_every_sample(velocity, top, rate, t
     for (_, before), (_, after) in itertools.pairwise(places):
         assert abs(after) <= max(top, abs(before) - rate)
     if not kernel.i[state.BT]:
-        assert places[-1][0] == target * 65536
-        assert abs(places[-1][1]) <= rate
+        assert places[-1][0] == target * 65536 and abs(places[-1][1]) <= rate
 
 
 @settings(max_examples=20, deadline=None)

@@ -57,8 +57,7 @@ def told(text):
 )
 def test_a_command_is_recognised(text, code, operands):
     statement = read(text)
-    assert statement.problem is None
-    assert statement.command.code == code
+    assert statement.problem is None and statement.command.code == code
     given = (getattr(part, "name", part) for part in statement.operands)  # VST and VLD store the first variable
     assert [part.constant if isinstance(part, Expression) else part for part in given] == operands
 
@@ -87,8 +86,7 @@ def test_reports_are_commands(text):
 )  # fmt: skip
 def test_what_is_no_command(text):
     statement = read(text)
-    assert statement.problem is not None
-    assert 0 <= statement.problem.position <= len(text)
+    assert statement.problem is not None and 0 <= statement.problem.position <= len(text)
 
 
 @pytest.mark.parametrize(("text", "expected"), [
@@ -161,6 +159,5 @@ def test_any_command_with_anything_behind_it_is_read(code, behind):
 
 def test_an_unknown_name_before_an_equal_sign_is_blamed_for_its_name():
     """`=5` and `KP=` are parts of an assignment with blanks; in `FOO=` the message is about the name FOO."""
-    assert read("FOO=").problem.rule.code == "SM101"
-    assert read("KP=").problem.rule.code == "SM112"
+    assert read("FOO=").problem.rule.code == "SM101" and read("KP=").problem.rule.code == "SM112"
     assert read("=5").problem.rule.code == "SM104"

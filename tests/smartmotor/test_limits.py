@@ -201,6 +201,5 @@ def test_an_acknowledged_move_that_returns_is_stopped_at_its_reversal(bench, mot
     for _ in range(1000):
         advance(bench, 1)
         lowest = min(lowest, shaft.position * sign)
-    assert lowest < target - 100
-    assert shaft.position * sign - lowest <= 3
+    assert lowest < target - 100 and shaft.position * sign - lowest <= 3
     assert status_word(bench, motor) == BO + latched + now

@@ -40,8 +40,7 @@ def watched(bench: Bench, motor: Controller) -> list[tuple[int, int]]:
 
     def watch(program: str, index: int) -> None:
         assert program == "program"
-        assert running(motor) == index + 1
-        assert motor.registers["line"].read() == index + 1
+        assert running(motor) == index + 1 and motor.registers["line"].read() == index + 1
         sample, beside = divmod(bench.now - zero_ns, SAMPLE_NS)
         assert beside == 0
         found.append((sample, index + 1))
@@ -128,8 +127,7 @@ def test_listing(script):
 
 def test_a_motor_that_was_never_programmed_has_an_empty_program(bench):
     motor = bench.add("smartmotor")
-    assert listing(motor).lines == ()
-    assert listing(motor).title == "stored program"
+    assert listing(motor).lines == () and listing(motor).title == "stored program"
     assert running(motor) is None
 
 
@@ -144,8 +142,7 @@ def test_lines_that_take_no_time_are_marked(bench):
 def test_a_download_that_is_cut_off_leaves_a_program_that_is_not_valid(bench):
     """15: an incomplete program does not run and sets Bk, also after a power cycle."""
     motor = motor_with(bench, "a=1\nEND\n")
-    assert send(bench, motor, b"LOAD ") == b"\x06"
-    assert listing(motor).lines == ()
+    assert send(bench, motor, b"LOAD ") == b"\x06" and listing(motor).lines == ()
     assert listing(motor).title == "stored program, not valid: flag Bk"
     send(bench, motor, b"b=1\nb=2\n")
     motor.power_cycle()
@@ -182,8 +179,7 @@ def test_a_broken_memory_on_disk(tmp_path):
     kept = {"version": 1, "program": "a=1\nb=", "broken": True, "locked": False, "eeprom": ""}
     (tmp_path / "smartmotor.json").write_text(json.dumps(kept))
     motor = Bench().add("smartmotor", state=tmp_path)
-    assert listing(motor).lines == ("a=1", "b=")
-    assert listing(motor).running is None
+    assert listing(motor).lines == ("a=1", "b=") and listing(motor).running is None
 
 
 # Running
@@ -222,8 +218,7 @@ def test_a_protection_fault_ends_the_program_in_its_line(bench):
     load(bench, motor, "E=10 MP A=100 V=100000 P=100000 G\nWHILE 1\nLOOP\n")
     motor.axes["shaft"].jam(True)
     send(bench, motor, "RUN", 0)
-    assert bench.run_until(lambda: running(motor) is None, 2)
-    assert ask(bench, motor, "RBe") == "1"
+    assert bench.run_until(lambda: running(motor) is None, 2) and ask(bench, motor, "RBe") == "1"
 
 
 # At any time
@@ -244,8 +239,7 @@ def test_the_line_is_right_at_any_time_of_a_block_computed_ahead(bench):
         bench.clock.run_to(zero_ns + moment)
         begun = [line for sample, line in found if sample * SAMPLE_NS <= moment]
         wanted = None if begun[-1] == 10 and moment >= (found[-1][0]) * SAMPLE_NS else begun[-1]
-        assert running(motor) == wanted
-        assert motor.registers["line"].read() == (wanted or 0)
+        assert running(motor) == wanted and motor.registers["line"].read() == (wanted or 0)
 
 
 def arrays(motor: Controller) -> tuple[object, ...]:
@@ -374,8 +368,7 @@ def traced(path: Path, *, watch: bool) -> bytes:
 
 def test_a_trace_of_everything_is_the_same_byte_for_byte(tmp_path):
     seen, unseen = traced(tmp_path / "a.csv", watch=True), traced(tmp_path / "b.csv", watch=False)
-    assert seen == unseen
-    assert unseen.count(b",smartmotor.line,") > 10
+    assert seen == unseen and unseen.count(b",smartmotor.line,") > 10
 
 
 def test_the_line_is_followed_in_its_samples(bench):

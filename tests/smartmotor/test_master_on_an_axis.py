@@ -53,8 +53,7 @@ def test_the_division_of_the_run_makes_no_difference():
         return [at for at, before in zip(seen, [0, *seen], strict=False) if at != before]
 
     whole = positions(2, ask=False)
-    assert whole[-1] == 5 * 200
-    assert positions(0.004, ask=False) == whole
+    assert whole[-1] == 5 * 200 and positions(0.004, ask=False) == whole
     assert positions(0.02, ask=True) == whole
 
 
@@ -66,8 +65,7 @@ def test_an_axis_that_is_stopped_by_hand_is_followed_no_further():
     feeder.axes["X"].jam(True)
     at = feeder.axes["X"].position
     bench.run(1.0)
-    assert 0 < at < 400
-    assert feeder.axes["X"].position == at
+    assert 0 < at < 400 and feeder.axes["X"].position == at
     assert knife.axes["shaft"].position == 5 * at
 
 
@@ -76,8 +74,7 @@ def test_an_axis_that_loses_steps_is_followed_too():
     bench, feeder, knife = line(Fraction(2), motor={"torque": [[0, 0.1], [5000, 0.01]]}, load={"torque": 0.05})
     feeder.serial.write(b"X2000@6000$\r")
     bench.run(3)
-    assert feeder.axes["X"].pulses == 2000
-    assert knife.axes["shaft"].position == 2 * feeder.axes["X"].position
+    assert feeder.axes["X"].pulses == 2000 and knife.axes["shaft"].position == 2 * feeder.axes["X"].position
 
 
 def test_a_circle_of_masters_is_an_error():

@@ -79,12 +79,10 @@ def test_a_winding_warms_slowly(bench):
     bench.run(10)
     assert status_word(bench, motor) == BO
     bench.run(12 * 60)
-    assert status_word(bench, motor) == BO + BH
-    assert temperature(bench, motor) > 90
+    assert status_word(bench, motor) == BO + BH and temperature(bench, motor) > 90
     motor.power_cycle()
     send(bench, motor, "UCI UDI ZS", 0.5)
-    assert status_word(bench, motor) == BO
-    assert temperature(bench, motor) > 90
+    assert status_word(bench, motor) == BO and temperature(bench, motor) > 90
     bench.run(3.0)
     assert status_word(bench, motor) == BO + BH
 
@@ -97,11 +95,9 @@ def test_too_much_current_for_too_long(bench):
     motor = ready(bench, shaft={"motor": "frame23"})
     motor.axes["shaft"].jam(True)
     send(bench, motor, "E=32000 A=200 V=400000 P=500 G", 1.0)
-    assert status_word(bench, motor) == 0
-    assert bench.run_until(lambda: motor.pins["brake"].level, 9.0)
+    assert status_word(bench, motor) == 0 and bench.run_until(lambda: motor.pins["brake"].level, 9.0)
     send(bench, motor, "Zh")
-    assert status_word(bench, motor) == BO + BH
-    assert temperature(bench, motor) < 40
+    assert status_word(bench, motor) == BO + BH and temperature(bench, motor) < 40
     motor.axes["shaft"].jam(False)
     send(bench, motor, "Zh G", 0.1)
     assert status_word(bench, motor) == BO + BH
@@ -117,5 +113,4 @@ def test_a_held_load_within_the_rated_torque_never_trips(bench):
     send(bench, motor, "P=0 A=200 V=20000 G")
     motor.axes["shaft"].load(0.1)
     bench.run(600.0)
-    assert status_word(bench, motor) == 0
-    assert abs(int(ask(bench, motor, "RP"))) < 5
+    assert status_word(bench, motor) == 0 and abs(int(ask(bench, motor, "RP"))) < 5

@@ -20,10 +20,8 @@ def day(model="frame23"):
 
 def test_it_is_a_day_on_which_something_happens():
     said, pins, places = day()
-    assert said.count("at ") == 6
-    assert "followed " in said
-    assert "12345\r" in said
-    assert said.count("pin ") == 1
+    assert said.count("at ") == 6 and "followed " in said
+    assert "12345\r" in said and said.count("pin ") == 1
     assert {name for _, name, _ in pins} >= {"brake", "E", "F", "G", "index"}
     assert len(places) > 3000
 

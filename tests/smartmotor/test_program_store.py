@@ -96,10 +96,8 @@ def test_a_block_may_have_32_bytes(bench):
 @pytest.mark.parametrize("program", [COUNTING, IMAGE])
 def test_source_and_image_make_the_same_program(bench, motor, program):
     load(bench, motor, program)
-    assert upload(bench, motor) == TEXT
-    assert upload(bench, motor, "UP") == IMAGE
-    assert send(bench, motor, "RUN", 0.1) == b""
-    assert ask(bench, motor, "Ra") == "5"
+    assert upload(bench, motor) == TEXT and upload(bench, motor, "UP") == IMAGE
+    assert send(bench, motor, "RUN", 0.1) == b"" and ask(bench, motor, "Ra") == "5"
 
 
 def test_loading_stops_the_running_program(bench, motor):
@@ -145,8 +143,7 @@ def test_a_line_error_breaks_the_download(bench):
 
 def test_anything_else_than_06_ends_the_upload_and_is_heard(bench, motor):
     load(bench, motor, COUNTING)
-    assert send(bench, motor, b"UPLOAD ") == TEXT[:8]
-    assert send(bench, motor, b"RP ") == b"0\r"
+    assert send(bench, motor, b"UPLOAD ") == TEXT[:8] and send(bench, motor, b"RP ") == b"0\r"
 
 
 def test_a_locked_program_is_not_uploaded(bench, motor):
@@ -155,8 +152,7 @@ def test_a_locked_program_is_not_uploaded(bench, motor):
     assert send(bench, motor, "LOCKP UPLOAD UP RBs") == b"1\r"
     motor.power_cycle()
     clear(bench, motor)
-    assert send(bench, motor, "UPLOAD RBs") == b"1\r"
-    assert ask(bench, motor, "Ra") == "0"
+    assert send(bench, motor, "UPLOAD RBs") == b"1\r" and ask(bench, motor, "Ra") == "0"
     load(bench, motor, COUNTING)
     assert upload(bench, motor) == TEXT
 

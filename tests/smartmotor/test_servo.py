@@ -65,8 +65,7 @@ def test_ks_is_the_number_of_samples_between_the_two_errors():
 
 def test_kg_is_a_constant():
     """KG / 16: -100 / 16 = -6.25, and 160 / 16 = 10."""
-    assert pwm_of(tuned(kg=-100), 0) == [-6]
-    assert pwm_of(tuned(kg=160), 0) == [10]
+    assert pwm_of(tuned(kg=-100), 0) == [-6] and pwm_of(tuned(kg=160), 0) == [10]
 
 
 def test_kv_and_ka_look_ahead():
@@ -139,8 +138,7 @@ def test_a_trapezoid_settles_and_the_error_stays_small(frame, inertia, gravity):
     weight = -gravity * motor.torque_constant_nm_per_a * motor.continuous_current_a
     rig = Rig(motor, ServoLoad(inertia_kg_m2=inertia * motor.rotor_inertia_kg_m2, gravity_torque_nm=weight))
     errors, end = rig.trapezoid(10 * motor.counts_per_rev, 30, 300)
-    assert max(map(abs, errors)) < 250
-    assert max(abs(error) for error in errors[end + 814 :]) <= 2
+    assert max(map(abs, errors)) < 250 and max(abs(error) for error in errors[end + 814 :]) <= 2
     assert errors[-1] == 0
 
 
@@ -155,8 +153,7 @@ def test_a_step_settles(frame, inertia):
     for _ in range(4000):
         rig.sample()
         errors.append(rig.error)
-    assert min(errors) > -70
-    assert max(abs(error) for error in errors[814:]) <= 2
+    assert min(errors) > -70 and max(abs(error) for error in errors[814:]) <= 2
 
 
 # Protection
@@ -201,8 +198,7 @@ def test_the_rated_current_at_25_degrees_never_is_too_much():
     rig.rest(100_000_000)
     assert rig.i[state.TEMP] == 64  # 1.99 A
     assert rig.f[machine.HOUSING_C] == pytest.approx(25 + 1.98**2 * 2.5 * 4, abs=0.5)
-    assert rig.f[machine.WINDING_C] == pytest.approx(25 + 1.98**2 * 2.5 * 5.5, abs=0.6)
-    assert not rig.sample()
+    assert rig.f[machine.WINDING_C] == pytest.approx(25 + 1.98**2 * 2.5 * 5.5, abs=0.6) and not rig.sample()
 
 
 # Rest
@@ -221,8 +217,7 @@ def test_a_holding_motor_can_rest(samples):
     one.rest(samples)
     for _ in range(samples):
         other.sample()
-    assert (one.i, one.f) == (other.i, other.f)
-    assert one.i[state.PWM] != 0
+    assert (one.i, one.f) == (other.i, other.f) and one.i[state.PWM] != 0
 
 
 def test_rest_takes_no_time_in_a_steady_state():
@@ -235,8 +230,7 @@ def test_rest_takes_no_time_in_a_steady_state():
     once.rest(256 * 10**12 + 77)
     for _ in range(80_000):
         cold.turn(1)
-    assert once.f == cold.f
-    assert once.i[state.HEAT_SAMPLES] == 77
+    assert once.f == cold.f and once.i[state.HEAT_SAMPLES] == 77
     assert once.i[state.TEMP] == -20
 
 
@@ -257,8 +251,7 @@ def test_an_overheated_motor_can_rest_while_it_cools():
         one.rest(samples)
         for _ in range(samples):
             other.sample()
-        assert (one.i, one.f) == (other.i, other.f)
-        assert one.i[state.HOT] == hot
+        assert (one.i, one.f) == (other.i, other.f) and one.i[state.HOT] == hot
     assert one.resting
 
 
@@ -339,8 +332,7 @@ def test_rest_is_the_same_compiled():
         rig = Rig(FRAME23)
         rig.i[state.MODE], rig.i[state.COMMANDED] = state.M_HOLD, 100 << 16
         whole = Whole(rig, compiled=compiled)
-        assert whole.run(4000) == [ALL_DONE]
-        assert servo.resting(whole.i, whole.f)
+        assert whole.run(4000) == [ALL_DONE] and servo.resting(whole.i, whole.f)
         servo.rest(whole.i, whole.f, 1_000_000)
         found.append((whole.i, whole.v, whole.f))
     assert found[0] == found[1]

@@ -22,8 +22,7 @@ MISTAKES = [
 def bits(bench: Bench, motor: Controller) -> str:
     """Return the letters of the bits of RW that are 1, least significant first; RBx and RS must agree."""
     word = int(ask(bench, motor, "RW"))
-    assert int(ask(bench, motor, "RS")) == word & 0xFF
-    assert ask(bench, motor, "RPW").split(",")[1] == str(word)
+    assert int(ask(bench, motor, "RS")) == word & 0xFF and ask(bench, motor, "RPW").split(",")[1] == str(word)
     singly = send(bench, motor, "".join(f"RB{letter} " for letter in BITS)).split()
     assert [int(bit) for bit in singly] == [int(word & value > 0) for value in BITS.values()]
     return "".join(letter for letter, value in BITS.items() if word & value)

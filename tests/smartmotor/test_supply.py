@@ -35,8 +35,7 @@ def test_a_deeper_dip_resets_the_processor(bench):
     send(bench, motor, "a=7 A=1000 V=200000 MV G", 0.3)
     assert motor.axes["shaft"].moving
     dip(bench, 0.37, 0.02)
-    assert send(bench, motor, "RMODE Ra", 0.015) == b""
-    assert motor.pins["brake"].level
+    assert send(bench, motor, "RMODE Ra", 0.015) == b"" and motor.pins["brake"].level
     assert motor.powered
     bench.run(0.5)
     assert send(bench, motor, "RMODE Ra RBo RW") == b"B\r0\r1\r1670\r"
@@ -51,8 +50,7 @@ def test_the_shaft_coasts_while_the_processor_is_in_reset(bench):
     bench.run(0.02)
     assert motor.axes["shaft"].position > before + 100
     bench.faults.mend("supply_dip")
-    assert send(bench, motor, "O=0 RBo", 1.0) == b"1\r"
-    assert motor.axes["shaft"].position > before
+    assert send(bench, motor, "O=0 RBo", 1.0) == b"1\r" and motor.axes["shaft"].position > before
 
 
 def test_the_voltage_of_the_reset_is_an_option(bench):

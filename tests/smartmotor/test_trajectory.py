@@ -28,8 +28,7 @@ def test_s_stops_at_once(bench, motor):
     send(bench, motor, b"A=65536 V=6*65536 MV G ", 0)
     path = positions(bench, motor, 6)
     send(bench, motor, b"S ", 0)
-    assert positions(bench, motor, 3) == [path[-1]] * 3
-    assert send(bench, motor, b"RBt RBo ", 0) == b"0\r0\r"
+    assert positions(bench, motor, 3) == [path[-1]] * 3 and send(bench, motor, b"RBt RBo ", 0) == b"0\r0\r"
 
 
 def test_o_changes_the_numbers_and_nothing_else(bench, motor):
@@ -77,8 +76,7 @@ def test_every_sample_respects_a_and_v_and_the_last_lands_exactly(target, top, r
     position, velocity, target = 0, speed, target << 16
     for _ in range(10_000):
         before, velocity = velocity, next_velocity(velocity, target - position, top, rate)
-        assert abs(velocity - before) <= rate
-        assert abs(velocity) <= max(top, abs(before) - rate)
+        assert abs(velocity - before) <= rate and abs(velocity) <= max(top, abs(before) - rate)
         position += velocity
         if position == target and abs(velocity) <= rate:
             return

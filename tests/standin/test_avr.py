@@ -62,8 +62,7 @@ def test_an_uno(uno):
     metal.move("table.X", -1, metal.even(400, 4000), 0.14)
     metal.alive, died = False, metal.now
     metal.run(0.14)
-    assert uno.levels["PB0"] == 1
-    assert uno.time_s(uno.since["PB0"]) - died < 0.12
+    assert uno.levels["PB0"] == 1 and uno.time_s(uno.since["PB0"]) - died < 0.12
     assert uno.time_s(pulses[-1][0]) - died < 0.12
     metal.alive = True
     metal.run(0.05)

@@ -25,8 +25,7 @@ def test_the_board_makes_the_queued_pulses_at_their_times():
     times = metal.even(2000, 4000)
     metal.move("table.X", +1, times)
     assert [direction for _, direction in metal.small.pulses[2]] == [+1] * 2000
-    assert np.abs(metal.errors_us(2, times)).max() < 25
-    assert not kinds(metal, Stopped)
+    assert np.abs(metal.errors_us(2, times)).max() < 25 and not kinds(metal, Stopped)
     assert sum(line.startswith("pulses") for line in metal.lines) < 600
 
 
@@ -46,8 +45,7 @@ def test_a_pause_of_the_program_within_the_horizon_stops_no_motor(pause_s, stopp
     made = len(metal.small.pulses[2])
     if stopped:
         [stop] = kinds(metal, Stopped)
-        assert stop.reason.startswith("late by ")
-        assert stop.reason.endswith(" with a horizon of 500 ms")
+        assert stop.reason.startswith("late by ") and stop.reason.endswith(" with a horizon of 500 ms")
         assert stop.positions["table.X"] == made
         assert 1380 <= made <= 1400  # those of the 0.7 s before, but perhaps the last block of 10 ms
     else:
@@ -71,8 +69,7 @@ def test_a_drifting_clock(drift):
     metal = Metal(SmallBoard(drift)).start()
     times = metal.even(1000, 250)
     metal.move("table.X", +1, times)
-    assert len(metal.small.pulses[2]) == 1000
-    assert np.abs(metal.errors_us(2, times)).max() < 25
+    assert len(metal.small.pulses[2]) == 1000 and np.abs(metal.errors_us(2, times)).max() < 25
 
 
 class LateResponses(SmallBoard):
@@ -127,11 +124,9 @@ def test_a_limit_stops_the_motion_in_the_board(at):
     metal.move("table.X", +1, times)
     assert len(small.pulses[2]) - open_limit.made <= 1
     [stopped] = kinds(metal, Stopped)
-    assert stopped.by == "table.limit_plus"
-    assert stopped.positions["table.X"] == len(small.pulses[2])
+    assert stopped.by == "table.limit_plus" and stopped.positions["table.X"] == len(small.pulses[2])
     changed = next(event for event in kinds(metal, InputChanged) if event.to == "table.limit_plus")
-    assert changed.level is False
-    assert abs(changed.at_s - opens) < TICK_S
+    assert changed.level is False and abs(changed.at_s - opens) < TICK_S
 
 
 def test_an_axis_moves_away_from_an_open_limit_and_is_stopped_by_the_limit_again():
@@ -195,8 +190,7 @@ def test_without_commands_the_board_stops_the_motors_and_switches_the_drives_off
     metal.run(3.0, each)
     last = small.time_s(small.pulses[2][-1][0])
     assert last - died < 0.12
-    assert small.levels[4] == 1
-    assert small.shutdown
+    assert small.levels[4] == 1 and small.shutdown
 
 
 def test_the_user_continues_after_a_shutdown():
@@ -240,8 +234,7 @@ def test_limits_are_checked_before_pulses_are_sent(limits, reason):
     metal = Metal(axes=(AxisPins("table.X", X.step, X.direction, X.enable, **limits),)).start()
     metal.board.queue("table.X", +1, metal.even(21, 1000))
     metal.run(0.3)
-    assert metal.small.pulses[2] == []
-    assert kinds(metal, Stopped)[0].reason == reason
+    assert metal.small.pulses[2] == [] and kinds(metal, Stopped)[0].reason == reason
 
 
 def test_commands_are_sent_only_if_the_board_has_room():

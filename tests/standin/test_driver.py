@@ -79,10 +79,8 @@ def test_after_a_limit_the_controller_has_the_position_of_the_board(if1):
     if1.metal.small.levels[8] = 0
     if1.run(1.0)
     made = len(if1.metal.small.pulses[2])
-    assert 100 < made < 1000
-    assert if1.controller.axes["X"].position == made
-    assert if1.say(b"N\r") == b"%d\r" % made
-    assert if1.say(b"K\r") == b"64\r"
+    assert 100 < made < 1000 and if1.controller.axes["X"].position == made
+    assert if1.say(b"N\r") == b"%d\r" % made and if1.say(b"K\r") == b"64\r"
     assert if1.lines == [f"table.limit_plus stopped the motion: table.X at {made}, table.Y at 0, table.Z at 0"]
     if1.say(b"X-30 $ \r", 1.0)  # a move away from the switch
     assert if1.controller.axes["X"].position == made - 30
@@ -97,17 +95,14 @@ def test_after_a_stop_the_user_must_continue(if1):
     assert if1.lines == ["stopped: small: stopped by the user"]
     if1.driver.stop("end of the run")  # the positions at the end of a run that was stopped before
     if1.run(0.1)
-    assert if1.driver.still
-    assert if1.driver.positions["table.X"] == made
+    assert if1.driver.still and if1.driver.positions["table.X"] == made
     if1.say(b"X100 $ \r", 1.0)
     assert len(if1.metal.small.pulses[2]) == made
     if1.driver.go_on(if1.metal.now)
     if1.run(0.1)
-    assert if1.controller.axes["X"].position == made
-    assert not if1.driver.still
+    assert if1.controller.axes["X"].position == made and not if1.driver.still
     if1.say(b"X100 $ \r", 1.0)
-    assert len(if1.metal.small.pulses[2]) == made + 100
-    assert if1.controller.axes["X"].position == made + 100
+    assert len(if1.metal.small.pulses[2]) == made + 100 and if1.controller.axes["X"].position == made + 100
 
 
 def test_after_a_shutdown_of_the_board_the_user_must_continue(if1):
@@ -119,8 +114,7 @@ def test_after_a_shutdown_of_the_board_the_user_must_continue(if1):
     if1.driver.go_on(if1.metal.now)
     if1.run(2.0)
     if1.say(b"X-200 $ \r", 1.5)
-    assert if1.controller.axes["X"].position == 300
-    assert len(if1.metal.small.pulses[2]) == 700
+    assert if1.controller.axes["X"].position == 300 and len(if1.metal.small.pulses[2]) == 700
 
 
 class OtherBoard:
@@ -224,8 +218,7 @@ def test_homing_finds_the_switch_again_after_a_stop(homing):
     homing.driver.go_on(homing.metal.now)
     homing.run(0.2)
     send(homing, 0x39, 0, seconds=7.0)
-    assert abs(net(homing) - found) <= 2
-    assert homing.controller.axes["motor"].position == net(homing)
+    assert abs(net(homing) - found) <= 2 and homing.controller.axes["motor"].position == net(homing)
 
 
 def test_an_1811_drives_a_legacy_drive():
@@ -240,8 +233,7 @@ def test_an_1811_drives_a_legacy_drive():
     small.levels[8] = 0
     twin.run(0.5)
     made = len(small.pulses[2])
-    assert 300 < made < 1500
-    assert board.axes["motor"].position == made
+    assert 300 < made < 1500 and board.axes["motor"].position == made
     assert board._device._board.pulses.position == made
     command(0x12, seconds=0.3)  # shutdown
     assert board.pins["shutdown"].level == bool(small.levels[10])
@@ -280,8 +272,7 @@ def test_a_servo_has_the_position_of_the_real_motor_after_a_limit(smartmotor):
     smartmotor.run(0.5)
     made = net(smartmotor)
     shaft = smartmotor.controller.axes["shaft"]
-    assert 100 < made < 20000
-    assert shaft.position == made
+    assert 100 < made < 20000 and shaft.position == made
     assert smartmotor.lines[0] == f"table.C stopped the motion: table.shaft at {made}"
     smartmotor.say(b"RPE ", 0.1)
     smartmotor.metal.small.levels[8] = 1
@@ -295,8 +286,7 @@ def test_a_stopped_servo_waits_for_the_user(smartmotor):
     smartmotor.run(1.0)
     made = net(smartmotor)
     assert smartmotor.controller.axes["shaft"].position == made
-    assert smartmotor.say(b"RP\r", 0.2).strip() == b"%d" % made
-    assert 100 < made < 20000
+    assert smartmotor.say(b"RP\r", 0.2).strip() == b"%d" % made and 100 < made < 20000
     smartmotor.driver.go_on(smartmotor.metal.now)
     smartmotor.run(0.5)
     assert net(smartmotor) == made

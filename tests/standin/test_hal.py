@@ -42,23 +42,19 @@ def test_the_motors_make_the_pulses_of_the_controller(if1):
         assert if1.at(f"table.{name}") == sum(direction for _, direction in steps) == axis.position
         late = np.array([at for at, _ in steps]) - virtual
         assert np.ptp(late) < SLOW_S / 2 + 0.002, name  # two servo periods, and half the interval of slow pulses
-    assert if1.pins["table.X.velocity-cmd"] == 0
-    assert not if1.lines
+    assert if1.pins["table.X.velocity-cmd"] == 0 and not if1.lines
 
 
 def test_a_limit_stops_the_motors_and_corrects_the_controller(if1):
     if1.say(b"X2000 @ 1000 $ \r", 0.7)
-    assert if1.pins["table.X.plus"]
-    assert not if1.pins["table.X.minus"]
+    assert if1.pins["table.X.plus"] and not if1.pins["table.X.minus"]
     if1.pins["table.limit_plus"] = False
     before = if1.at()
     if1.run(1.0)
-    assert 100 < if1.at() <= before + 1
-    assert if1.controller.axes["X"].position == if1.at()
+    assert 100 < if1.at() <= before + 1 and if1.controller.axes["X"].position == if1.at()
     assert if1.lines == [f"table.limit_plus stopped the motion: table.X at {if1.at():.0f}, table.Y at 0, table.Z at 0"]
     made = int(if1.at())
-    assert if1.say(b"N\r") == b"%d\r" % made
-    assert if1.say(b"K\r") == b"64\r"
+    assert if1.say(b"N\r") == b"%d\r" % made and if1.say(b"K\r") == b"64\r"
     if1.say(b"X-30 $ \r", 1.0)
     assert if1.at() == if1.controller.axes["X"].position == made - 30
 
@@ -68,8 +64,7 @@ def test_after_a_stop_the_user_must_continue(if1):
     if1.driver.stop("stopped by the user")
     if1.run(3.0)
     made = if1.at()
-    assert if1.lines == ["stopped: hal: stopped by the user"]
-    assert not if1.pins["table.X.enable"]
+    assert if1.lines == ["stopped: hal: stopped by the user"] and not if1.pins["table.X.enable"]
     if1.say(b"X100 $ \r", 1.0)
     assert if1.at() == made
     if1.driver.go_on(if1.now)
@@ -98,8 +93,7 @@ def test_inputs_outputs_and_the_end(if1):
     if1.run(0.1)
     assert not if1.controller.pins["input1"].level
     if1.say(b"S1 $ \r", 0.05)
-    assert if1.controller.pins["output1"].level
-    assert not if1.pins["table.output1"]
+    assert if1.controller.pins["output1"].level and not if1.pins["table.output1"]
     if1.run(0.2)
     assert if1.pins["table.output1"]
     if1.board.shut_down()
@@ -175,8 +169,7 @@ def test_a_line_through_pulses_ends_at_each_position():
     grid, found = np.array(knots).T
     expected = np.interp(grid, times, positions[1:], left=7)
     quick = np.diff(times, prepend=0)[np.clip(np.searchsorted(times, grid), 0, len(times) - 1)] <= SLOW_S
-    assert np.abs(found - expected)[quick].max() < 1e-6
-    assert found[-1] == track.position == positions[-1]
+    assert np.abs(found - expected)[quick].max() < 1e-6 and found[-1] == track.position == positions[-1]
 
 
 HAL_FILE = """
@@ -251,15 +244,13 @@ def test_step_generators_of_hal_make_every_pulse(hal):
     sender.queue("table.X", -1, begin + 0.25 + np.arange(1, 301) / 3000)
     sender.complete(begin + 0.4)
     late = events.get(timeout=300)
-    assert late == Stopped(late.reason, {"table.X": 1200})
-    assert late.reason.startswith("late by ")
+    assert late == Stopped(late.reason, {"table.X": 1200}) and late.reason.startswith("late by ")
     assert int(sender._halcmd("getp", "encoder.0.rawcounts")) == 1300  # edges at the step output
     sender.complete(time.monotonic() + 60)
     sender.resume("table")
     sender._halcmd("sets", "limit", "false")
     changed = events.get(timeout=300)
-    assert isinstance(changed, InputChanged)
-    assert (changed.to, changed.level) == ("table.limit_plus", False)
+    assert isinstance(changed, InputChanged) and (changed.to, changed.level) == ("table.limit_plus", False)
     assert events.get(timeout=300) == Stopped(
         "table.limit_plus stopped the motion", {"table.X": 1200}, "table.limit_plus"
     )
@@ -273,8 +264,7 @@ def test_step_generators_of_hal_make_every_pulse(hal):
 def test_a_wrong_hal_file_is_an_error(hal, text, reason):
     _, events = hal(text)
     failed = events.get(timeout=300)
-    assert isinstance(failed, Failed)
-    assert failed.reason.startswith(reason)
+    assert isinstance(failed, Failed) and failed.reason.startswith(reason)
 
 
 def test_the_component_imports_no_module_of_the_working_directory(tmp_path, monkeypatch):

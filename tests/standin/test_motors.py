@@ -35,8 +35,7 @@ def test_the_pulses_are_even_while_the_motor_has_a_constant_velocity(servo):
     [(way, first), *more] = say(b"A=400 V=65536 P=8000 G ", 3.0)
     assert [way, *(each for each, _ in more)] == [1] * (1 + len(more))
     times = np.concatenate([first, *(each for _, each in more)])
-    assert len(times) == shaft.position == driven.pulses == 8000
-    assert (np.diff(times) > 0).all()
+    assert len(times) == shaft.position == driven.pulses == 8000 and (np.diff(times) > 0).all()
     cruise = np.diff(times[2000:6000])
     assert abs(cruise.mean() - 1e9 / 4069) < 0.002 * 1e9 / 4069
     assert np.abs(cruise - cruise.mean()).max() < 0.05 * cruise.mean()

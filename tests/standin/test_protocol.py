@@ -56,8 +56,7 @@ def test_a_block_is_found_after_any_bytes(noise):
 
 def test_a_dictionary_is_unpacked():
     read = Dictionary.unpack(zlib.compress(json.dumps(DESCRIBED).encode()))
-    assert read.clock_hz == 16e6
-    assert read.pins["P31"] == 31
+    assert read.clock_hz == 16e6 and read.pins["P31"] == 31
     assert read.encode("queue_step", oid=1, interval=4000, count=2, add=-3) == bytes([10, 1, 0x9F, 0x20, 2, 0x7D])
     shutdown = frames.integer(45) + frames.integer(77) + frames.integer(2)
     assert read.decode(shutdown) == ("shutdown", {"clock": 77, "static_string_id": "Timer too close"})
@@ -154,8 +153,7 @@ def test_a_drifting_clock_is_fitted(drift):
             true = int((sent + 1.0) * hz)
             errors.append((fit.ticks(sent + 1.0) - fit.ticks(0)) - (true if n else 0))
     spread = max(errors[100:]) - min(errors[100:])
-    assert fit.error_s < 50e-6
-    assert abs(fit.hz / hz - 1) < 2e-6
+    assert fit.error_s < 50e-6 and abs(fit.hz / hz - 1) < 2e-6
     assert spread / hz < 1200 * 2e-6
 
 

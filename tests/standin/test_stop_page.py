@@ -56,10 +56,8 @@ def test_the_page_shows_the_state_and_stops(page):
     kind, text = read(page)
     assert kind == "text/html; charset=utf-8"
     assert '<form method="post" action="/stop">' in text  # the form works without JavaScript
-    assert json.loads(read(page, "state")[1]) == page.values
-    assert page.stops == []
-    assert post(page) == (303, "/")
-    assert page.stops == ["stop"]
+    assert json.loads(read(page, "state")[1]) == page.values and page.stops == []
+    assert post(page) == (303, "/") and page.stops == ["stop"]
     client = http.client.HTTPConnection(urlsplit(page.url).netloc, timeout=300)
     client.request("GET", "/other")
     assert client.getresponse().status == 404
@@ -78,8 +76,7 @@ def test_the_page_shows_the_state_and_stops(page):
     ],
 )
 def test_a_page_of_another_web_site_neither_stops_nor_reads(page, headers):
-    assert post(page, **headers)[0] == 403
-    assert page.stops == []
+    assert post(page, **headers)[0] == 403 and page.stops == []
     lines = "".join(f"{key.replace('_', '-')}: {value}\r\n" for key, value in ({"Host": "localhost"} | headers).items())
     assert raw(page, f"GET /state HTTP/1.1\r\n{lines}\r\n".encode()).startswith(b"HTTP/1.1 403 ")
 
@@ -106,8 +103,7 @@ def test_a_page_for_all_computers_is_found_by_address_and_by_the_name_of_this_co
 @pytest.mark.parametrize("length", ["abc", "-1", "9" * 5000, "1e3", "\u0661"])
 def test_a_wrong_length_costs_no_stop_and_no_traceback(page, length, capfd):
     head = f"POST /stop HTTP/1.1\r\nHost: localhost\r\nContent-Length: {length}\r\n\r\n"
-    assert raw(page, head.encode()).startswith(b"HTTP/1.1 303 ")
-    assert page.stops == ["stop"]
+    assert raw(page, head.encode()).startswith(b"HTTP/1.1 303 ") and page.stops == ["stop"]
     assert capfd.readouterr().err == ""
 
 
@@ -129,8 +125,7 @@ def test_idle_visitors_take_away_neither_the_page_nor_the_descriptors(page):
     with ExitStack() as stack:
         for _ in range(visitors):
             stack.enter_context(connect(page))
-        assert json.loads(read(page, "state")[1]) == page.values
-        assert post(page) == (303, "/")
+        assert json.loads(read(page, "state")[1]) == page.values and post(page) == (303, "/")
         assert files() < before + visitors + visitors // 2
         assert threading.active_count() == threads
     assert page.stops == ["stop"]

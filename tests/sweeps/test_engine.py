@@ -141,8 +141,7 @@ def test_a_conversation_is_part_of_every_run(tmp_path):
     talk = tmp_path / "hello.talk"
     talk.write_text("; model: if2\n+1.5\n> (\n< U\\r\n= X.position 1\n")
     rows = Sweep(scene, talk).vary("seed", "0..1").measure("end", "final table.X.position").run(workers=0).to_pylist()
-    assert [row["end"] for row in rows] == [0, 0]
-    assert all("X.position" in row["difference"] for row in rows)
+    assert [row["end"] for row in rows] == [0, 0] and all("X.position" in row["difference"] for row in rows)
 
 
 def test_a_search_finds_a_failure_and_is_resumed(tmp_path):
@@ -156,8 +155,7 @@ def test_a_search_finds_a_failure_and_is_resumed(tmp_path):
         )
 
     first = made().run(workers=0, seconds=4, design=Design(search=30))
-    assert first.num_rows == 30
-    assert False in first["off"].to_pylist()
+    assert first.num_rows == 30 and False in first["off"].to_pylist()
     again = tmp_path / "b.parquet"
     with pytest.raises(StoppedError):
         made().run(again, workers=0, seconds=4, design=Design(search=30), progress=stop_at(11))
@@ -185,8 +183,7 @@ def test_the_command(tmp_path):
     assert (drawn.code, "<svg" in (tmp_path / "r.svg").read_text()) == (0, True)
     assert run("plot", out, "--from", 1).code == 2
     failing = run(*told, "--claim", "low: max table.X.position < 500", "--out", tmp_path / "f.parquet", "--workers", 0)
-    assert failing.code == 1
-    assert "low fails in 2 of 2 runs" in failing.err
+    assert failing.code == 1 and "low fails in 2 of 2 runs" in failing.err
 
 
 @pytest.mark.parametrize(("words", "told"), [
@@ -205,10 +202,8 @@ def test_the_command(tmp_path):
     (["--vary", "seed=1", "--out", "x.csv"], "ends in .parquet"), ([], "the sweep varies no value")])  # fmt: skip
 def test_errors_are_reported_before_the_first_run(tmp_path, words, told):
     done = run("sweep", stepper(tmp_path), "--out", tmp_path / "x.parquet", *words)
-    assert (done.code, done.out, len(done.err.splitlines())) == (2, "", 1)
-    assert told in done.err
-    assert not (tmp_path / "x.parquet").exists()
-    assert not (tmp_path / "x.parquet.parts").exists()
+    assert (done.code, done.out, len(done.err.splitlines())) == (2, "", 1) and told in done.err
+    assert not (tmp_path / "x.parquet").exists() and not (tmp_path / "x.parquet.parts").exists()
 
 
 STUDY = """
@@ -243,8 +238,7 @@ def test_a_sweep_file_is_run_and_checked(tmp_path):
     ):
         file.write_text(STUDY.replace(old, wrong))
         checked = run("check", file)
-        assert checked.code == 1
-        assert f"study.toml:{line}:1: error:" in checked.out
+        assert checked.code == 1 and f"study.toml:{line}:1: error:" in checked.out
     file.write_text(STUDY.replace("for = 4", "four = 4"))
     assert "study.toml:3:1: error: invalid key four:" in run("check", file).out
 

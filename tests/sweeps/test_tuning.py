@@ -76,6 +76,5 @@ def test_the_command_prints_lines_for_the_program_and_draws_the_study(tmp_path):
 ])  # fmt: skip
 def test_errors_are_reported_before_the_first_run(tmp_path, words, told):
     done = run("tune", stepper(tmp_path), "--out", tmp_path / "x.db", *words)
-    assert (done.code, done.out, len(done.err.splitlines())) == (2, "", 1)
-    assert told in done.err
+    assert (done.code, done.out, len(done.err.splitlines())) == (2, "", 1) and told in done.err
     assert not (tmp_path / "x.db").exists()

@@ -54,8 +54,7 @@ def test_zip_takes_values_together():
 
 def test_draws_in_a_grid_are_new_for_each_run_and_follow_from_the_seed():
     found = design("grid", 3, a="0..1", b="normal(0, 1)")
-    assert [a for a, _ in found] == [0, 0, 0, 1, 1, 1]
-    assert len({b for _, b in found}) == 6
+    assert [a for a, _ in found] == [0, 0, 0, 1, 1, 1] and len({b for _, b in found}) == 6
     assert found == design("grid", 3, a="0..1", b="normal(0, 1)")
     assert found != design("grid", 3, 1, a="0..1", b="normal(0, 1)")
     raises(AxistwinError, "--runs", design, "grid", b="normal(0, 1)")
@@ -66,8 +65,7 @@ def test_sampled_designs_follow_from_the_seed(name):
     if name != "random":
         pytest.importorskip("scipy", reason="the extra [sweeps] is not installed")
     found = design(name, 16, a="0..3", b="0.0..1.0")
-    assert len(found) == 16
-    assert found == design(name, 16, a="0..3", b="0.0..1.0")
+    assert len(found) == 16 and found == design(name, 16, a="0..3", b="0.0..1.0")
     assert found != design(name, 16, 5, a="0..3", b="0.0..1.0")
     if name != "random":  # stratified: each quarter of the range has a quarter of the points
         assert sorted(a for a, _ in found) == [n // 4 for n in range(16)]

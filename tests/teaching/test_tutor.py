@@ -143,10 +143,8 @@ def test_a_motor_that_is_asleep():
     learner = Learner("smartmotor")
     learner.type("SLEEP")
     asleep = "asleep, so that it ignores all commands but WAKE: type  WAKE"
-    assert learner.type("RP") == ([asleep], [])
-    assert learner.tutor.why() == learner.tutor.next() == [asleep]
-    assert learner.type("WAKE") == ([], [])
-    assert learner.type("RP") == ([], ["position: 0 counts"])
+    assert learner.type("RP") == ([asleep], []) and learner.tutor.why() == learner.tutor.next() == [asleep]
+    assert learner.type("WAKE") == ([], []) and learner.type("RP") == ([], ["position: 0 counts"])
     learner.type("SLEEP")
     learner.initialise()
     assert learner.type("RP") == ([], ["position: 0 counts"])

@@ -51,15 +51,13 @@ def test_completions(model, text, asked, words):
 
 
 def test_single_characters_are_completed_on_request_only():
-    assert completed("if1", "X100") == []
-    assert {"X", "@", "$"} <= set(completed("if1", "X100", asked=True))
+    assert completed("if1", "X100") == [] and {"X", "@", "$"} <= set(completed("if1", "X100", asked=True))
 
 
 def test_the_hint_is_the_line_of_the_command_table():
     tutor = Tutor(Bench().add("if1"))
     assert meaning_of(tutor, "X100@").startswith("@  speed data")
-    assert meaning_of(tutor, ":why") == "why nothing moves"
-    assert meaning_of(tutor, "") == ""
+    assert meaning_of(tutor, ":why") == "why nothing moves" and meaning_of(tutor, "") == ""
 
 
 def test_a_history_that_cannot_be_kept(tmp_path, monkeypatch):

@@ -309,8 +309,7 @@ def test_the_clock_of_an_idle_bench_runs(resting):
     twin, five_seconds_later = resting
     began_ns = twin.clock.now
     five_seconds_later()
-    assert twin.clock.now == began_ns + 5_000_000_000
-    assert twin.clock.seconds == twin.bench.seconds
+    assert twin.clock.now == began_ns + 5_000_000_000 and twin.clock.seconds == twin.bench.seconds
 
 
 def test_threads_advance_time_one_after_the_other(twin):

@@ -142,8 +142,7 @@ def test_a_trace_begins_with_the_present_values(tmp_path):
         bench.run(2.0)
     rows = read_csv(tmp_path / "a.csv")
     assert of(rows, "if1.output1") == [(9_500_000_000, "1")]
-    assert of(rows, "if1.X.pulses")[0] == (9_500_000_000, "100")
-    assert of(rows, "if1.X.pulses")[-1][1] == "200"
+    assert of(rows, "if1.X.pulses")[0] == (9_500_000_000, "100") and of(rows, "if1.X.pulses")[-1][1] == "200"
 
 
 def test_an_unfinished_motion_is_traced_up_to_the_end(tmp_path):
@@ -183,8 +182,7 @@ def interrupt(*_):
 def test_an_interrupt_in_the_middle_of_writing_leaves_a_file_that_can_be_read(tmp_path, bench, monkeypatch):
     raises(KeyboardInterrupt, "", interrupt_in_the_middle_of_writing, bench, tmp_path / "a.vcd", monkeypatch)
     times = [time_ns for time_ns, _ in of(read_vcd(tmp_path / "a.vcd"), "if1.X.pulses")]
-    assert times == sorted(times)
-    assert len(times) == 100
+    assert times == sorted(times) and len(times) == 100
 
 
 def test_a_closed_trace_has_unsubscribed(tmp_path, bench):

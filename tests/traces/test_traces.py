@@ -105,8 +105,7 @@ def test_numbers_of_axes_and_voltages_have_units(tmp_path, traces):
     units = json.loads(pq.read_schema(traces["parquet"].path).metadata[b"axistwin.core.units"])
     head = [line for line in traces["csv"].path.read_text().splitlines() if line.startswith("# unit of ")]
     assert head == [f"# unit of {name}: {unit}" for name, unit in units.items()]
-    assert units["if1.X.velocity"] == "pulses/s"
-    assert units["motor.A_volts"] == "V"
+    assert units["if1.X.velocity"] == "pulses/s" and units["motor.A_volts"] == "V"
     assert units["motor.shaft.position"] == "counts"
     assert not {"if1.output1", "motor.RPE", "if1.host_says"} & units.keys()
 
@@ -200,8 +199,7 @@ def test_parquet_has_plain_columns_in_compact_encodings(traces):
     assert table["time_ns"].to_pylist() == sorted(table["time_ns"].to_pylist())
     group = pq.ParquetFile(path).metadata.row_group(0)
     assert "DELTA_BINARY_PACKED" in group.column(0).encodings
-    assert "BYTE_STREAM_SPLIT" in group.column(3).encodings
-    assert group.column(0).compression == "ZSTD"
+    assert "BYTE_STREAM_SPLIT" in group.column(3).encodings and group.column(0).compression == "ZSTD"
     assert pq.read_schema(path).metadata[b"axistwin"]
 
 
@@ -241,18 +239,15 @@ def test_the_default_pattern_selects_pins_axes_and_messages():
     assert {"if1.output1", "1811.motor.pulses", "motor.shaft.position", "motor.A_volts", "motor.host_says"} <= set(
         default
     )
-    assert not {"if1.K", "1811.status", "motor.RPE"} & set(default)
-    assert set(names("*")) > set(default)
+    assert not {"if1.K", "1811.status", "motor.RPE"} & set(default) and set(names("*")) > set(default)
 
 
 def test_a_pin_and_a_variable_of_the_same_name():
-    assert names("motor.E") == ["motor.E"]
-    assert names("motor.RE") == ["motor.RE"]
+    assert names("motor.E") == ["motor.E"] and names("motor.RE") == ["motor.RE"]
 
 
 def test_a_costly_signal_is_selected_only_by_its_full_name():
-    assert "motor.RTEMP" not in names("*")
-    assert names("motor.RTEMP") == ["motor.RTEMP"]
+    assert "motor.RTEMP" not in names("*") and names("motor.RTEMP") == ["motor.RTEMP"]
 
 
 def test_an_unknown_signal_is_rejected_with_a_suggestion():
@@ -267,8 +262,7 @@ def test_an_unknown_signal_is_rejected_with_a_suggestion():
 def test_registers_of_the_families(traces):
     tracks = traces["csv"].tracks
     assert tracks["if1.state"].values == ["self-test", "waiting for (", "waiting for the data format", "ready"]
-    assert tracks["if1.E"].values[-2:] == ["E", "C"]
-    assert "33 00 00 00 64" in tracks["1811.input"].values
+    assert tracks["if1.E"].values[-2:] == ["E", "C"] and "33 00 00 00 64" in tracks["1811.input"].values
     assert tracks["1811.phase"].values == ["rest", "accelerating", "constant", "decelerating", "rest"]
     assert 0x58 in tracks["1811.status"].values  # a message is ready
     assert list(tracks["motor.Ra"].values) == [0, 7]
@@ -282,8 +276,7 @@ def test_a_motors_variables_change_at_their_samples(tmp_path):
         work(bench)
     tracks = read(tmp_path / "a.csv").tracks
     actual, shaft = tracks["motor.RP"], tracks["motor.shaft.position"]
-    assert actual.values[-1] == motor.axes["shaft"].position
-    assert set(shaft.times) <= set(actual.times) | {0}
+    assert actual.values[-1] == motor.axes["shaft"].position and set(shaft.times) <= set(actual.times) | {0}
     assert [value for _, value in zip(actual.times, actual.values, strict=True)][-50:] == list(shaft.values)[-50:]
     assert list(tracks["motor.RBt"].values) == [0, 1, 0]
     assert tracks["motor.P"].times[1] < tracks["motor.RBt"].times[1]
@@ -315,8 +308,7 @@ def test_a_burst_after_a_long_rest_is_written_in_pieces(tmp_path, monkeypatch):
         bench.run(3600)
         bench["if1"].serial.write(b"X4000@10000$\r")
         bench.run(3600)
-    assert sum(sizes) > 4000
-    assert max(sizes) <= 600
+    assert sum(sizes) > 4000 and max(sizes) <= 600
 
 
 def test_after_a_power_cycle_variables_have_their_initial_values(tmp_path):
@@ -328,8 +320,7 @@ def test_after_a_power_cycle_variables_have_their_initial_values(tmp_path):
         bench["motor"].serial.write(b"a=5 ")
         bench.run(0.5)
     tracks = read(tmp_path / "a.csv").tracks
-    assert list(tracks["motor.Ra"].values) == [0, 7, 0, 5]
-    assert list(tracks["motor.RA"].values) == [0, 100, 0]
+    assert list(tracks["motor.Ra"].values) == [0, 7, 0, 5] and list(tracks["motor.RA"].values) == [0, 100, 0]
 
 
 def test_a_motor_at_rest_is_traced_while_it_warms(tmp_path):
@@ -338,8 +329,7 @@ def test_a_motor_at_rest_is_traced_while_it_warms(tmp_path):
     with tracing(bench, tmp_path / "a.csv", ("motor.RTEMP",)):
         bench.run(20)
     temperature = read(tmp_path / "a.csv").tracks["motor.RTEMP"]
-    assert list(temperature.values[:2]) == [25, 26]
-    assert 0 < temperature.times[1] < 20 * S
+    assert list(temperature.values[:2]) == [25, 26] and 0 < temperature.times[1] < 20 * S
 
 
 def test_tracing_registers_does_not_change_a_bench(tmp_path):
@@ -373,8 +363,7 @@ def test_a_full_disk_ends_only_the_trace(tmp_path, monkeypatch, kind, room, trac
     with tracing(bench, path, ("*",), told.append):
         work(bench)
     assert bench["if1"].axes["X"].position == 40
-    assert len(told) == 1
-    assert told[0].startswith(f"the trace a.{kind} ends at ")
+    assert len(told) == 1 and told[0].startswith(f"the trace a.{kind} ends at ")
     assert told[0].endswith(" s, because writing failed: No space left on device")
     left = read(path)
     for name, track in left.tracks.items():
@@ -465,8 +454,7 @@ def test_numbers_with_many_digits_are_the_same_in_all_kinds_of_files(tmp_path):
         with tracing(bench, tmp_path / f"a.{kind}", ("traverse.motor.velocity",)):
             bench.run(3)
         found.add(tuple(read(tmp_path / f"a.{kind}").tracks["traverse.motor.velocity"].values))
-    assert len(found) == 1
-    assert any(len(repr(rate)) > 17 for rate in found.pop())
+    assert len(found) == 1 and any(len(repr(rate)) > 17 for rate in found.pop())
 
 
 def test_a_missing_file_and_an_unknown_suffix(tmp_path):
