@@ -17,17 +17,10 @@ if TYPE_CHECKING:
     from axistwin.bench.options import read_options
 else:
     __getattr__ = lazy(
-        __name__,
-        actions="action",
-        acts="Comment Do Expect Hear Say Wait",
-        bench="Bench",
-        codec="CHARACTERS codec_of show_controls",
-        controller="Controller",
-        events="LineBreak Sent terminals",
-        hosts="host_at host_of",
-        models="FAMILIES product",
-        options="read_options",
-    )
+        __name__, actions="action", acts="Comment Do Expect Hear Say Wait", bench="Bench",
+        codec="CHARACTERS codec_of show_controls", controller="Controller", events="LineBreak Sent terminals",
+        hosts="host_at host_of", models="FAMILIES product", options="read_options",
+    )  # fmt: skip
 
 __all__ = [
     "CHARACTERS", "FAMILIES", "Bench", "Comment", "Controller", "Do", "Expect", "Hear", "LineBreak", "Say", "Sent",

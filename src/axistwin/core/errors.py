@@ -138,15 +138,9 @@ class PlacedError(AxistwinError):
 
     def at(self, file: str, line: int, column: int) -> Self:
         return type(self)(
-            self.message,
-            file=file,
-            line=line,
-            column=column,
-            code=self.code,
-            width=self.width,
-            instead=self.instead,
+            self.message, file=file, line=line, column=column, code=self.code, width=self.width, instead=self.instead,
             sure=self.sure,
-        )
+        )  # fmt: skip
 
 
 class SceneError(PlacedError):

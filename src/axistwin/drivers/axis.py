@@ -79,10 +79,7 @@ class Scale:
         k = self.counts_per_unit
         reversed_ = k < 0
         return replace(
-            raw,
-            position=raw.position / k,
-            setpoint=raw.setpoint / k,
-            velocity=raw.velocity / k,
+            raw, position=raw.position / k, setpoint=raw.setpoint / k, velocity=raw.velocity / k,
             limit_plus=raw.limit_minus if reversed_ else raw.limit_plus,
             limit_minus=raw.limit_plus if reversed_ else raw.limit_minus,
-        )
+        )  # fmt: skip

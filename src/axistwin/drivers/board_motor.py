@@ -163,20 +163,10 @@ class Motor(AxisCore):
             self._has_moved |= position != self._home_from
             yield from self._homed()
             position = yield from self._position()
-        return self._judged(
-            Status(
-                position,
-                self.setpoint,
-                0.0 - velocity if bits & 8 else velocity,
-                moving,
-                False,
-                bool(bits & 1),
-                bool(bits & 2),
-                bool(bits & 4),
-                self._own_faults(),
-                board._lost,
-            )
-        )
+        return self._judged(Status(
+            position, self.setpoint, 0.0 - velocity if bits & 8 else velocity, moving, False, bool(bits & 1),
+            bool(bits & 2), bool(bits & 4), self._own_faults(), board._lost,
+        ))  # fmt: skip
 
     def _own_faults(self) -> tuple[Fault, ...]:
         return (NOT_FOUND,) if self._home_failed else ()

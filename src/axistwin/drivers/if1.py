@@ -368,20 +368,10 @@ class IF1(Core):
             mine = True
             position += move.signs[axis.name] * move.made
             velocity = move.signs[axis.name] * move.profile.velocity
-        return axis._judged(
-            Status(
-                position,
-                axis.setpoint,
-                velocity,
-                mine,
-                mine,
-                bool(state.inputs & I_PLUS),
-                bool(state.inputs & I_MINUS),
-                self._at_home(),
-                self._faults(),
-                state.lost.get(axis.name, ""),
-            )
-        )
+        return axis._judged(Status(
+            position, axis.setpoint, velocity, mine, mine, bool(state.inputs & I_PLUS), bool(state.inputs & I_MINUS),
+            self._at_home(), self._faults(), state.lost.get(axis.name, ""),
+        ))  # fmt: skip
 
     def _faults(self) -> tuple[Fault, ...]:
         found = [fault for bit, fault in FAULTS.items() if self._state.latched & bit]

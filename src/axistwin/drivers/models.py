@@ -11,12 +11,8 @@ from axistwin.drivers.if1 import IF1
 from axistwin.drivers.smartmotor import SmartMotors
 
 MODELS: dict[str, Callable[..., Core]] = {
-    "if1": IF1,
-    "if2": IF1,
-    "1810": Board,
-    "1811": Board,
-    "smartmotor": SmartMotors,
-}
+    "if1": IF1, "if2": IF1, "1810": Board, "1811": Board, "smartmotor": SmartMotors,
+}  # fmt: skip
 """Cores by the model's name."""
 
 

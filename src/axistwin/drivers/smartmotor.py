@@ -378,17 +378,9 @@ class Shaft(AxisCore):
             (answer,) = yield from self._line.ask(self.prefix, "RV")
             velocity = whole(answer, "RV") / (SCALE * SAMPLE_S)
         status = Status(
-            position,
-            self.setpoint,
-            velocity,
-            bool(word & TRAJECTORY) or bool(self._homing),
-            False,
-            bool(word & NOW_RIGHT),
-            bool(word & NOW_LEFT),
-            bool(word & AT_INDEX),
-            self._faults(word),
-            self._lost,
-        )
+            position, self.setpoint, velocity, bool(word & TRAJECTORY) or bool(self._homing), False,
+            bool(word & NOW_RIGHT), bool(word & NOW_LEFT), bool(word & AT_INDEX), self._faults(word), self._lost,
+        )  # fmt: skip
         return self._judged(status, off=(yield from self._off_target(status)))
 
     def _off_target(self, status: Status) -> Procedure[float]:

@@ -98,54 +98,23 @@ def _check(parameter: str, value: object, low: float | None, high: float, whole:
 
 
 FRAME17 = ServoMotor(
-    torque_constant_nm_per_a=0.036,
-    winding_resistance_ohm=2.5,
-    rotor_inertia_kg_m2=4.0e-6,
-    coulomb_friction_nm=0.004,
-    viscous_friction_nm_s=2.0e-6,
-    counts_per_rev=2000,
-    supply_voltage_v=24.0,
-    peak_current_a=6.0,
-    continuous_current_a=2.0,
-    winding_to_housing_k_per_w=1.5,
-    housing_to_ambient_k_per_w=4.0,
-    winding_time_constant_s=20.0,
-    housing_time_constant_s=900.0,
-    brake_torque_nm=0.3,
-    kl=40,
-)
+    torque_constant_nm_per_a=0.036, winding_resistance_ohm=2.5, rotor_inertia_kg_m2=4.0e-6, coulomb_friction_nm=0.004,
+    viscous_friction_nm_s=2.0e-6, counts_per_rev=2000, supply_voltage_v=24.0, peak_current_a=6.0,
+    continuous_current_a=2.0, winding_to_housing_k_per_w=1.5, housing_to_ambient_k_per_w=4.0,
+    winding_time_constant_s=20.0, housing_time_constant_s=900.0, brake_torque_nm=0.3, kl=40,
+)  # fmt: skip
 FRAME23 = ServoMotor(
-    torque_constant_nm_per_a=0.075,
-    winding_resistance_ohm=0.7,
-    rotor_inertia_kg_m2=1.6e-5,
-    coulomb_friction_nm=0.012,
-    viscous_friction_nm_s=1.0e-5,
-    counts_per_rev=2000,
-    supply_voltage_v=48.0,
-    peak_current_a=14.0,
-    continuous_current_a=4.5,
-    winding_to_housing_k_per_w=1.0,
-    housing_to_ambient_k_per_w=2.8,
-    winding_time_constant_s=30.0,
-    housing_time_constant_s=1200.0,
-    brake_torque_nm=1.0,
-)
+    torque_constant_nm_per_a=0.075, winding_resistance_ohm=0.7, rotor_inertia_kg_m2=1.6e-5, coulomb_friction_nm=0.012,
+    viscous_friction_nm_s=1.0e-5, counts_per_rev=2000, supply_voltage_v=48.0, peak_current_a=14.0,
+    continuous_current_a=4.5, winding_to_housing_k_per_w=1.0, housing_to_ambient_k_per_w=2.8,
+    winding_time_constant_s=30.0, housing_time_constant_s=1200.0, brake_torque_nm=1.0,
+)  # fmt: skip
 FRAME34 = ServoMotor(
-    torque_constant_nm_per_a=0.125,
-    winding_resistance_ohm=0.35,
-    rotor_inertia_kg_m2=1.2e-4,
-    coulomb_friction_nm=0.03,
-    viscous_friction_nm_s=5.0e-5,
-    counts_per_rev=4000,
-    supply_voltage_v=48.0,
-    peak_current_a=24.0,
-    continuous_current_a=8.0,
-    winding_to_housing_k_per_w=0.6,
-    housing_to_ambient_k_per_w=1.8,
-    winding_time_constant_s=50.0,
-    housing_time_constant_s=1800.0,
-    brake_torque_nm=3.0,
-)
+    torque_constant_nm_per_a=0.125, winding_resistance_ohm=0.35, rotor_inertia_kg_m2=1.2e-4, coulomb_friction_nm=0.03,
+    viscous_friction_nm_s=5.0e-5, counts_per_rev=4000, supply_voltage_v=48.0, peak_current_a=24.0,
+    continuous_current_a=8.0, winding_to_housing_k_per_w=0.6, housing_to_ambient_k_per_w=1.8,
+    winding_time_constant_s=50.0, housing_time_constant_s=1800.0, brake_torque_nm=3.0,
+)  # fmt: skip
 SERVO_MOTORS = {"frame17": FRAME17, "frame23": FRAME23, "frame34": FRAME34}
 
 

@@ -19,20 +19,10 @@ if TYPE_CHECKING:
     from axistwin.sweeps.workers import ThisProcess, Workers
 else:
     __getattr__ = lazy(
-        __name__,
-        designs="points",
-        job="BOUND_NS Runner",
-        journal="digest is_sweep read",
-        paths="Variation",
-        recording="Recording",
-        sentences="CLAIMS MEASURES claim measure",
-        series="Series",
-        study="load",
-        sweep="Design Sweep",
-        tuning="Tuning",
-        values="read_values",
-        workers="ThisProcess Workers",
-    )
+        __name__, designs="points", job="BOUND_NS Runner", journal="digest is_sweep read", paths="Variation",
+        recording="Recording", sentences="CLAIMS MEASURES claim measure", series="Series", study="load",
+        sweep="Design Sweep", tuning="Tuning", values="read_values", workers="ThisProcess Workers",
+    )  # fmt: skip
 
 __all__ = [
     "BOUND_NS", "CLAIMS", "MEASURES", "Design", "Recording", "Runner", "Series", "Sweep", "ThisProcess", "Tuning",

@@ -108,12 +108,10 @@ def _mean(values: Any, seconds: Any) -> float:
 
 
 STATISTICS: dict[str, Callable[[Any, Any], float]] = {
-    "max": lambda values, _: float(np.max(values)),
-    "min": lambda values, _: float(np.min(values)),
-    "mean": _mean,
+    "max": lambda values, _: float(np.max(values)), "min": lambda values, _: float(np.min(values)), "mean": _mean,
     "rms": lambda values, seconds: float(np.sqrt(_mean(values**2, seconds))),
     "integral": lambda values, seconds: float(np.sum(values * seconds)),
-}
+}  # fmt: skip
 
 
 def _statistic(text: str, parts: Mapping[str, str]) -> Sentence:

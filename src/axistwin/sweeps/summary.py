@@ -17,14 +17,12 @@ def summary(table: "pa.Table", plan: Mapping[str, Any]) -> dict[str, Any]:
     """Return the summary of a sweep as data for JSON.  An infinite robustness becomes None."""
     rows = table.to_pylist()
     return {
-        "runs": len(rows),
-        "ended": dict(Counter(row["ended"] for row in rows)),
+        "runs": len(rows), "ended": dict(Counter(row["ended"] for row in rows)),
         "measures": {name: _measure(rows, name) for name in plan["measures"]},
         "claims": {name: _claim(rows, name, list(plan["varied"])) for name in plan["claims"]},
-        "sensitivity": sensitivity.indices(table, plan),
-        "without_effect": without_effect(rows, plan),
+        "sensitivity": sensitivity.indices(table, plan), "without_effect": without_effect(rows, plan),
         "hash": digest(table),
-    }
+    }  # fmt: skip
 
 
 def _measure(rows: Sequence[Mapping[str, Any]], name: str) -> dict[str, Any]:

@@ -35,11 +35,9 @@ MARKER = (
 
 def pytest_addoption(parser: pytest.Parser) -> None:
     parser.getgroup("axistwin").addoption(
-        "--axistwin-report",
-        metavar="DIR",
-        type=Path,
+        "--axistwin-report", metavar="DIR", type=Path,
         help="Write a page for each test that uses axistwin: picture, conversation, verdict and provenance.",
-    )
+    )  # fmt: skip
 
 
 def pytest_configure(config: pytest.Config) -> None:

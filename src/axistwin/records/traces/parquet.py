@@ -115,22 +115,17 @@ class ParquetSink:
         signals, values = batch.signals, batch.values
         kinds = np.array([*(KINDS.get(signal.kind, INTEGER) for signal in self._signals), NONE], np.int8)[signals]
         columns = [
-            pa.array(batch.times),
-            pa.DictionaryArray.from_arrays(pa.array(signals.astype(np.int32)), self._names),
-            pa.array(values, mask=kinds != INTEGER),
-            pa.array(values.view(np.float64), mask=kinds != NUMBER),
+            pa.array(batch.times), pa.DictionaryArray.from_arrays(pa.array(signals.astype(np.int32)), self._names),
+            pa.array(values, mask=kinds != INTEGER), pa.array(values.view(np.float64), mask=kinds != NUMBER),
             _texts(values, kinds == WORDS, batch.texts),
-        ]
+        ]  # fmt: skip
         return pa.table(columns, self._schema())
 
     def _schema(self) -> "pa.Schema":
         columns = {
-            "time_ns": pa.int64(),
-            "signal": pa.dictionary(pa.int32(), pa.string()),
-            "integer": pa.int64(),
-            "number": pa.float64(),
-            "text": pa.string(),
-        }
+            "time_ns": pa.int64(), "signal": pa.dictionary(pa.int32(), pa.string()), "integer": pa.int64(),
+            "number": pa.float64(), "text": pa.string(),
+        }  # fmt: skip
         return pa.schema(list(columns.items()), metadata=self._about)
 
     def _encoded(self, table: "pa.Table") -> tuple[bytes, Any]:

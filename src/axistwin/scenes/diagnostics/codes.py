@@ -40,14 +40,9 @@ def select(code: str) -> list[Rule]:
 
 def as_dict(rule: Rule) -> dict[str, Any]:
     return {
-        "code": rule.code,
-        "title": rule.title,
-        "severity": rule.severity,
-        "chapter": rule.chapter,
-        "explanation": rule.explanation,
-        "example": rule.example,
-        "suffix": suffix_of(rule),
-    }
+        "code": rule.code, "title": rule.title, "severity": rule.severity, "chapter": rule.chapter,
+        "explanation": rule.explanation, "example": rule.example, "suffix": suffix_of(rule),
+    }  # fmt: skip
 
 
 def explained(rule: Rule) -> Iterator[str]:

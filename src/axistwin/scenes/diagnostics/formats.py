@@ -100,12 +100,10 @@ def as_sarif(checked: Sequence[Checked]) -> str:
 def _rule(code: str) -> dict[str, Any]:
     (rule,) = select(code)
     return {
-        "id": rule.code,
-        "shortDescription": {"text": rule.title},
-        "fullDescription": {"text": rule.explanation},
+        "id": rule.code, "shortDescription": {"text": rule.title}, "fullDescription": {"text": rule.explanation},
         "help": {"text": f"{rule.explanation}\nManual: {rule.chapter}"},
         "defaultConfiguration": {"level": rule.severity},
-    }
+    }  # fmt: skip
 
 
 def _result(file: Path, diagnostic: Diagnostic, codes: Sequence[str]) -> dict[str, Any]:
@@ -114,12 +112,10 @@ def _result(file: Path, diagnostic: Diagnostic, codes: Sequence[str]) -> dict[st
     line, column = diagnostic.end
     region = _region(diagnostic.line, diagnostic.column, line, column)
     result: dict[str, Any] = {
-        "ruleId": diagnostic.code,
-        "ruleIndex": codes.index(diagnostic.code),
-        "level": diagnostic.severity,
+        "ruleId": diagnostic.code, "ruleIndex": codes.index(diagnostic.code), "level": diagnostic.severity,
         "message": {"text": _message(diagnostic)},
         "locations": [{"physicalLocation": {"artifactLocation": artifact, "region": region}}],
-    }
+    }  # fmt: skip
     if diagnostic.fix is not None:
         edits = [
             {"deletedRegion": _region(*edit[:4]), "insertedContent": {"text": edit.text}}

@@ -126,48 +126,34 @@ def _codecs(run: RunRecord) -> dict[str, Codec]:
 
 def _said(message: Message, codec: Codec) -> dict[str, Any]:
     return {
-        "time_ns": message.time_ns,
-        "end_ns": message.last_ns,
-        "controller": message.controller,
-        "by": "host" if message.by_host else "controller",
-        "text": codec.show(bytes(message.data)),
+        "time_ns": message.time_ns, "end_ns": message.last_ns, "controller": message.controller,
+        "by": "host" if message.by_host else "controller", "text": codec.show(bytes(message.data)),
         **({"words": words} if (words := codec.words(bytes(message.data), message.by_host)) else {}),
         "errors": _errors(message.errors),
-    }
+    }  # fmt: skip
 
 
 def _refused(refusal: Refusal) -> dict[str, Any]:
     error, message = refusal.error, refusal.message
     return {
-        "time_ns": None if message is None else message.time_ns,
-        "file": refusal.file,
-        "line": error.line,
-        "column": error.column,
-        "code": error.code,
-        "message": error.message,
-    }
+        "time_ns": None if message is None else message.time_ns, "file": refusal.file, "line": error.line,
+        "column": error.column, "code": error.code, "message": error.message,
+    }  # fmt: skip
 
 
 def _moved(move: AnyMove) -> dict[str, Any]:
     return {
-        "start_ns": move.start_ns,
-        "end_ns": move.end_ns,
-        "controller": move.controller,
-        "axis": move.axis,
-        "from": move.origin,
-        "to": move.target,
-        "top_rate": float(move.top_rate),
+        "start_ns": move.start_ns, "end_ns": move.end_ns, "controller": move.controller, "axis": move.axis,
+        "from": move.origin, "to": move.target, "top_rate": float(move.top_rate),
         **({} if move.units is None else _in_unit(move, move.units)),
-    }
+    }  # fmt: skip
 
 
 def _in_unit(move: AnyMove, units: MachineUnits) -> dict[str, Any]:
     return {
-        "unit": units.of,
-        "from_in_unit": units.value(move.origin),
-        "to_in_unit": units.value(move.target),
+        "unit": units.of, "from_in_unit": units.value(move.origin), "to_in_unit": units.value(move.target),
         "top_rate_in_unit": float(Fraction(move.top_rate) / units.per),
-    }
+    }  # fmt: skip
 
 
 def _time_ns(item: Item) -> int:
