@@ -119,17 +119,9 @@ class PlacedError(AxistwinError):
     """
 
     def __init__(
-        self,
-        message: str,
-        *,
-        file: str = "",
-        line: int = 0,
-        column: int = 0,
-        code: str = "",
-        width: int = 1,
-        instead: str = "",
-        sure: bool = False,
-    ) -> None:
+        self, message: str, *, file: str = "", line: int = 0, column: int = 0, code: str = "", width: int = 1,
+        instead: str = "", sure: bool = False,
+    ) -> None:  # fmt: skip
         message = one_line(message)
         self.message, self.file, self.line, self.column = message, file, line, column
         self.code, self.width, self.instead, self.sure = code, width, instead, sure

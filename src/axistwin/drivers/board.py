@@ -36,15 +36,9 @@ class Board(Core):
     remedy = "check the board's power and the address of the bus socket (bus://)"
 
     def __init__(
-        self,
-        timeout: float = 1.0,
-        *,
-        interrupts: bool = False,
-        marker_bit: int | None = 2,
-        home_active_high: bool = True,
-        home_edge_ccw: bool = False,
-        home_percent: int = 10,
-    ) -> None:
+        self, timeout: float = 1.0, *, interrupts: bool = False, marker_bit: int | None = 2,
+        home_active_high: bool = True, home_edge_ccw: bool = False, home_percent: int = 10,
+    ) -> None:  # fmt: skip
         super().__init__(timeout)
         if marker_bit not in (None, 0, 1, 2):
             raise ValueError(f"invalid marker_bit {marker_bit}: expected 0, 1, 2 or None")

@@ -50,14 +50,9 @@ class IF1(Core):
     line = Line(9600, stop_bits=2)
 
     def __init__(
-        self,
-        timeout: float = 2.0,
-        *,
-        echo: bool = True,
-        speed_range: int = 1,
-        start_stop: int = 400,
+        self, timeout: float = 2.0, *, echo: bool = True, speed_range: int = 1, start_stop: int = 400,
         home_input: int | None = None,
-    ) -> None:
+    ) -> None:  # fmt: skip
         super().__init__(timeout)
         if speed_range not in MAX_SPEED:
             raise ValueError(f"invalid speed_range {speed_range}: expected 1 to 4")

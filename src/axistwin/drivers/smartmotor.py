@@ -42,14 +42,9 @@ class SmartMotors(Core):
     line = Line(9600)
 
     def __init__(
-        self,
-        timeout: float = 0.5,
-        *,
-        addresses: Sequence[int] = (),
-        chain: bool = True,
-        limits: bool = False,
+        self, timeout: float = 0.5, *, addresses: Sequence[int] = (), chain: bool = True, limits: bool = False,
         rs485: bool = False,
-    ) -> None:
+    ) -> None:  # fmt: skip
         super().__init__(timeout)
         given = [integer("address", address, 1, 120) for address in items("addresses", addresses, "[1, 2]")]
         if len(set(given)) < len(given):

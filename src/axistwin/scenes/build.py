@@ -68,13 +68,9 @@ class Builder:
     """
 
     def __init__(
-        self,
-        contents: SceneFile,
-        source: Source,
-        served: bool,
-        texts: dict[str, str],
+        self, contents: SceneFile, source: Source, served: bool, texts: dict[str, str],
         errors: list[SceneError] | None = None,
-    ) -> None:
+    ) -> None:  # fmt: skip
         self._errors = errors
         self.contents, self.source, self.served, self.texts = contents, source, served, texts
         self.bench = Bench()

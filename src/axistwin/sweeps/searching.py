@@ -57,13 +57,9 @@ def _smallest_margin(row: Row, claims: Sequence[str]) -> float:
 
 
 def search(
-    engine: Engine,
-    varied: Mapping[str, Values],
-    claims: Sequence[str],
-    count: int,
-    seed: int,
+    engine: Engine, varied: Mapping[str, Values], claims: Sequence[str], count: int, seed: int,
     before: Mapping[int, Row],
-) -> Iterator[Row]:
+) -> Iterator[Row]:  # fmt: skip
     """Search for the setting values with the worst results, and yield a row of results for each run.
 
     `count`: number of runs.  `before`: rows of an interrupted search, whose runs are not repeated.

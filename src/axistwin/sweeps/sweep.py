@@ -120,17 +120,10 @@ class Sweep:
         return runner, found
 
     def run(
-        self,
-        out: str | Path | None = None,
-        *,
-        seconds: float | None = None,
-        design: Design | None = None,
-        workers: int | None = None,
-        limit: float = LIMIT_S,
-        progress: Progress | None = None,
-        scheduler: str | None = None,
-        tell: Callable[[str], None] = lambda words: None,
-    ) -> "pa.Table":
+        self, out: str | Path | None = None, *, seconds: float | None = None, design: Design | None = None,
+        workers: int | None = None, limit: float = LIMIT_S, progress: Progress | None = None,
+        scheduler: str | None = None, tell: Callable[[str], None] = lambda words: None,
+    ) -> "pa.Table":  # fmt: skip
         """Perform all runs of the sweep, and return a table with one row for each run.
 
         `out`: Parquet file for the table; an interrupted sweep is resumed.  `seconds`: virtual time of each run.
@@ -154,15 +147,9 @@ class Sweep:
         return journal.read(out)
 
     def _run(
-        self,
-        runner: Runner,
-        results: Journal,
-        engine: Engine,
-        design: Design,
-        found: Points,
-        progress: Progress | None,
-        tell: Callable[[str], None],
-    ) -> None:
+        self, runner: Runner, results: Journal, engine: Engine, design: Design, found: Points,
+        progress: Progress | None, tell: Callable[[str], None],
+    ) -> None:  # fmt: skip
         all_runs = design.search or len(found)
         done, failing = len(results.done), 0
         kept = len([*_kept(results.out).glob("run-*")])

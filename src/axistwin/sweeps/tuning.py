@@ -45,14 +45,9 @@ class Tuning:
     """Finds settings, e.g. gains, that minimise or maximise the measure `goal`."""
 
     def __init__(
-        self,
-        scene: Scene | str | Path | Mapping[str, Any],
-        goal: str,
-        *,
-        maximise: bool = False,
-        program: str | Path | None = None,
-        host: str | None = None,
-    ) -> None:
+        self, scene: Scene | str | Path | Mapping[str, Any], goal: str, *, maximise: bool = False,
+        program: str | Path | None = None, host: str | None = None,
+    ) -> None:  # fmt: skip
         self._scatter = Sweep(scene, program, host).measure(GOAL, goal)
         self.maximises = maximise
         self._sign = -1.0 if maximise else 1.0
@@ -90,19 +85,11 @@ class Tuning:
         return self
 
     def run(
-        self,
-        out: str | Path,
-        *,
-        trials: int,
-        seed: int = 0,
-        design: Design | None = None,
-        seconds: float | None = None,
-        workers: int | None = None,
-        limit: float = LIMIT_S,
-        progress: Progress | None = None,
-        scheduler: str | None = None,
+        self, out: str | Path, *, trials: int, seed: int = 0, design: Design | None = None,
+        seconds: float | None = None, workers: int | None = None, limit: float = LIMIT_S,
+        progress: Progress | None = None, scheduler: str | None = None,
         tell: Callable[[str], None] = lambda words: None,
-    ) -> Study:
+    ) -> Study:  # fmt: skip
         """Test `trials` combinations of setting values, and return the results as a `Study`.
 
         The results are stored in the SQLite file `out`; earlier combinations in `out` are not tested again.
@@ -171,14 +158,9 @@ class Tuning:
         }  # fmt: skip
 
     def _run(
-        self,
-        study: Study,
-        engine: Engine,
-        batch: Mapping[int, Mapping[str, Value]],
-        scatter: Points,
-        trials: int,
+        self, study: Study, engine: Engine, batch: Mapping[int, Mapping[str, Value]], scatter: Points, trials: int,
         progress: Progress | None,
-    ) -> None:
+    ) -> None:  # fmt: skip
         """Perform a batch of trials, and store the trials in the order of their numbers."""
         runs = {n: (trial, point) for n, (trial, point) in enumerate((t, p) for t in batch for p in scatter)}
         rows = _rows(engine, [(n, (*batch[trial].values(), *point)) for n, (trial, point) in runs.items()])

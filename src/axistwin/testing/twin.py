@@ -218,15 +218,10 @@ class Twin:
 
 
 def serve(
-    what: str | Path | Mapping[str, Any] | Bench,
-    *,
-    speed: Speed = 1.0,
-    scheme: Literal["tcp", "rfc2217", "pty"] | None = None,
-    fixed_ports: bool = False,
-    record: str | Path | None = None,
-    trace: str | Path | None = None,
-    **options: Any,
-) -> Twin:
+    what: str | Path | Mapping[str, Any] | Bench, *, speed: Speed = 1.0,
+    scheme: Literal["tcp", "rfc2217", "pty"] | None = None, fixed_ports: bool = False, record: str | Path | None = None,
+    trace: str | Path | None = None, **options: Any,
+) -> Twin:  # fmt: skip
     """Connect controllers to ports of this computer for the duration of a `with` block.
 
     `what`: a model, a scene (a path, or a dict with the contents of a scene file), or a Bench.  `speed`: times real

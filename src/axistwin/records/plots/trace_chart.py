@@ -19,12 +19,9 @@ RAILS = (0.0, 5.0)  # Voltages at which logic levels are drawn: low and high.
 
 
 def of_trace(
-    trace: Trace,
-    patterns: Sequence[str] = (EVERYTHING,),
-    from_ns: int | None = None,
-    to_ns: int | None = None,
+    trace: Trace, patterns: Sequence[str] = (EVERYTHING,), from_ns: int | None = None, to_ns: int | None = None,
     title: str = "",
-) -> Chart:
+) -> Chart:  # fmt: skip
     """Return a chart of the signals matched by patterns, from `from_ns` to `to_ns`.
 
     If a limit is None, the chart begins or ends with the events.  Raises UsageError for a pattern without a match.

@@ -160,12 +160,9 @@ def units(signals: Iterable[Signal]) -> dict[str, str]:
 
 
 def decoded(
-    batch: Batch,
-    signals: "NDArray[np.int64]",
-    values: "NDArray[np.int64]",
-    known: Sequence[Signal],
+    batch: Batch, signals: "NDArray[np.int64]", values: "NDArray[np.int64]", known: Sequence[Signal],
     show: Callable[[Value], float | str],
-) -> list[float | str]:
+) -> list[float | str]:  # fmt: skip
     """Convert stored integers to values; `show` formats floating-point numbers and texts."""
     found: list[float | str] = values.tolist()
     kinds = np.array([{REAL: 1, TEXT: 2}.get(signal.kind, 0) for signal in known], np.int64)[signals]

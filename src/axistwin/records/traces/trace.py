@@ -50,13 +50,9 @@ class tracing:  # noqa: N801  # used as `with tracing(bench, path):`
     """
 
     def __init__(
-        self,
-        bench: Bench,
-        path: Path,
-        patterns: Sequence[str] = (DEFAULT,),
-        report: Callable[[str], object] = _log.warning,
-        limit: int | None = None,
-    ) -> None:
+        self, bench: Bench, path: Path, patterns: Sequence[str] = (DEFAULT,),
+        report: Callable[[str], object] = _log.warning, limit: int | None = None,
+    ) -> None:  # fmt: skip
         self.bench, self.path, self._report, self._limit = bench, path, report, limit
         self._began_ns = bench.now
         self._make = sink_for(path)

@@ -96,13 +96,9 @@ class ServoMoves:
         return whole
 
     def _find_moves(
-        self,
-        samples: Samples,
-        times: "NDArray[np.int64]",
-        whole: "NDArray[np.int64]",
-        commanded: "NDArray[np.int64]",
+        self, samples: Samples, times: "NDArray[np.int64]", whole: "NDArray[np.int64]", commanded: "NDArray[np.int64]",
         active: "NDArray[np.int64]",
-    ) -> None:
+    ) -> None:  # fmt: skip
         positions = whole[WINDOW:]
         # The list of commanded positions begins with the position before the first sample.
         trajectory = np.concatenate(([commanded[0] if self._commanded is None else self._commanded], commanded))
