@@ -9,17 +9,7 @@ manual's 5-wire cable connects DTR to the input that the host uses.
 import asyncio
 from collections.abc import Callable
 
-from axistwin.links.comport import (
-    ComPort,
-    Control,
-    Event,
-    ModemState,
-    Purge,
-    SetBreak,
-    SetFlow,
-    SetLines,
-    Suspend,
-)
+from axistwin.links.comport import ComPort, Control, Event, ModemState, Purge, SetBreak, SetFlow, SetLines, Suspend
 from axistwin.links.plug import Plug
 from axistwin.links.tcp import STALLED, TcpClient
 from axistwin.links.telnet import escape

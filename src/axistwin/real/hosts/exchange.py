@@ -22,11 +22,7 @@ class Exchange:
     """A connection to a controller, with a record of all sent and received data."""
 
     def __init__(
-        self,
-        end: End,
-        model: str,
-        line: UartFormat | None = None,
-        report: Report = lambda answers, unanswered: None,
+        self, end: End, model: str, line: UartFormat | None = None, report: Report = lambda answers, unanswered: None
     ) -> None:
         self.end, self.product = end, product(model)
         self._report, self._answers, self._unanswered = report, 0, 0

@@ -27,10 +27,7 @@ PAUSE_S, MEMORY_S = 10.0, 600.0
 MOST_GUESSERS = 1000
 APPLICATION = "urn:axistwin:server"
 ROLES = {"operator": UserRole.User, "viewer": UserRole.Anonymous}
-COMMANDS = (
-    ua.ObjectIds.WriteRequest_Encoding_DefaultBinary,
-    ua.ObjectIds.CallRequest_Encoding_DefaultBinary,
-)
+COMMANDS = (ua.ObjectIds.WriteRequest_Encoding_DefaultBinary, ua.ObjectIds.CallRequest_Encoding_DefaultBinary)
 """Services that a viewer must not use."""
 
 
