@@ -49,14 +49,9 @@ class Slot(SingleClient["Master"]):
     """The slot of a board on the bus, for one client.  `reset` is called for each new client."""
 
     def __init__(
-        self,
-        name: str,
-        bus: Registers,
-        pacer: Pacer,
-        *,
-        reset: Callable[[], object] = lambda: None,
+        self, name: str, bus: Registers, pacer: Pacer, *, reset: Callable[[], object] = lambda: None,
         gate: Gate | None = None,
-    ) -> None:
+    ) -> None:  # fmt: skip
         super().__init__(name, pacer, gate)
         self.bus, self.reset = bus, reset
 

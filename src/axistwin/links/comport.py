@@ -133,10 +133,9 @@ PARTS: dict[Code, tuple[str, dict[int, Any]]] = {
 }
 """Parts of a line format by command; each maps the numbers of RFC 2217 to values."""
 INBOUND = {
-    Control.FLOW_NONE: Control.INBOUND_NONE,
-    Control.FLOW_X_ON_X_OFF: Control.INBOUND_X_ON_X_OFF,
+    Control.FLOW_NONE: Control.INBOUND_NONE, Control.FLOW_X_ON_X_OFF: Control.INBOUND_X_ON_X_OFF,
     Control.FLOW_HARDWARE: Control.INBOUND_HARDWARE,
-}
+}  # fmt: skip
 """Inbound setting that each setting for "outbound or both" implies."""
 
 
@@ -297,15 +296,11 @@ class ComPort:
 
 
 _COMMANDS: dict[int, Callable[[ComPort, bytes], Event | None]] = {
-    Code.SIGNATURE: ComPort._report_signature,
-    Code.SET_BAUDRATE: ComPort._set_baudrate,
-    **{code: partial(ComPort._set_part, code=code) for code in PARTS},
-    Code.SET_CONTROL: ComPort._set_control,
+    Code.SIGNATURE: ComPort._report_signature, Code.SET_BAUDRATE: ComPort._set_baudrate,
+    **{code: partial(ComPort._set_part, code=code) for code in PARTS}, Code.SET_CONTROL: ComPort._set_control,
     Code.NOTIFY_LINESTATE: lambda port, _: port._report_line_state(),
     Code.NOTIFY_MODEMSTATE: lambda port, _: port._report_modem_state(),
-    Code.FLOWCONTROL_SUSPEND: lambda _, __: Suspend(True),
-    Code.FLOWCONTROL_RESUME: lambda _, __: Suspend(False),
-    Code.SET_LINESTATE_MASK: ComPort._set_line_state_mask,
-    Code.SET_MODEMSTATE_MASK: ComPort._set_modem_state_mask,
+    Code.FLOWCONTROL_SUSPEND: lambda _, __: Suspend(True), Code.FLOWCONTROL_RESUME: lambda _, __: Suspend(False),
+    Code.SET_LINESTATE_MASK: ComPort._set_line_state_mask, Code.SET_MODEMSTATE_MASK: ComPort._set_modem_state_mask,
     Code.PURGE_DATA: ComPort._purge,
-}
+}  # fmt: skip

@@ -86,16 +86,9 @@ class Plug(SingleClient[SerialClient]):
     """
 
     def __init__(
-        self,
-        name: str,
-        serial: HostPort,
-        pacer: Pacer,
-        *,
-        title: str = "",
-        flow: Flow = Flow.DTR,
-        reset: Callable[[], object] = lambda: None,
-        gate: Gate | None = None,
-    ) -> None:
+        self, name: str, serial: HostPort, pacer: Pacer, *, title: str = "", flow: Flow = Flow.DTR,
+        reset: Callable[[], object] = lambda: None, gate: Gate | None = None,
+    ) -> None:  # fmt: skip
         super().__init__(name, pacer, gate)
         self.serial, self.title = serial, title or name
         self.flow, self.reset = flow, reset

@@ -211,11 +211,9 @@ class PtyPort:
         host, usual = self.plug.serial.host, self.plug.default_format
         host.dtr = host.rts = speed > 0
         host.format = UartFormat(
-            min(speed, FASTEST_BAUD) or host.format.baudrate,
-            usual.bytesize,
-            "O" if flags & termios.PARODD else usual.parity,
-            2 if flags & termios.CSTOPB else 1,
-        )
+            min(speed, FASTEST_BAUD) or host.format.baudrate, usual.bytesize,
+            "O" if flags & termios.PARODD else usual.parity, 2 if flags & termios.CSTOPB else 1,
+        )  # fmt: skip
 
     # Functions that send data to the client
 

@@ -17,11 +17,9 @@ from axistwin.sim.frames import LineError
 from axistwin.sim.serial_port import Flow, SetFormat
 
 FLOWS = {
-    Control.FLOW_NONE: Flow.NONE,
-    Control.FLOW_X_ON_X_OFF: Flow.X_ON_X_OFF,
-    Control.FLOW_HARDWARE: Flow.DTR,
+    Control.FLOW_NONE: Flow.NONE, Control.FLOW_X_ON_X_OFF: Flow.X_ON_X_OFF, Control.FLOW_HARDWARE: Flow.DTR,
     Control.FLOW_DSR: Flow.DTR,
-}
+}  # fmt: skip
 
 
 class ComPortClient(TcpClient):

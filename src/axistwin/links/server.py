@@ -46,16 +46,10 @@ class Server:
     """
 
     def __init__(
-        self,
-        bench: Bench,
-        *,
-        speed: float | None = 1.0,
-        flow: Flow = Flow.DTR,
-        reset: bool | Callable[[str], object] = False,
-        pacer: Pacer | None = None,
-        access: Ports | None = None,
+        self, bench: Bench, *, speed: float | None = 1.0, flow: Flow = Flow.DTR,
+        reset: bool | Callable[[str], object] = False, pacer: Pacer | None = None, access: Ports | None = None,
         share: bool = False,
-    ) -> None:
+    ) -> None:  # fmt: skip
         self.bench, self.pacer = bench, pacer or Pacer(bench.clock, speed)
         self.ports: list[tuple[str, PortUrl]] = []
         self.gate = Gate()

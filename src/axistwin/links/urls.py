@@ -15,12 +15,9 @@ from axistwin.core.numbers import NumberError, whole
 
 LOOPBACK = "127.0.0.1"
 EXAMPLES = {
-    "tcp": "tcp://127.0.0.1:5001",
-    "rfc2217": "rfc2217://127.0.0.1:2217",
-    "bus": "bus://127.0.0.1:1811",
-    "pty": "pty:/tmp/if1",
-    "serial": "serial:///dev/ttyUSB0?baud=9600",
-}
+    "tcp": "tcp://127.0.0.1:5001", "rfc2217": "rfc2217://127.0.0.1:2217", "bus": "bus://127.0.0.1:1811",
+    "pty": "pty:/tmp/if1", "serial": "serial:///dev/ttyUSB0?baud=9600",
+}  # fmt: skip
 
 
 @dataclass(frozen=True)

@@ -32,13 +32,9 @@ class Computer:
     """
 
     def __init__(
-        self,
-        bench: Bench,
-        boards: Mapping[int, Controller],
-        *,
-        vector: int = 0x20,
+        self, bench: Bench, boards: Mapping[int, Controller], *, vector: int = 0x20,
         instruction_ns: int = INSTRUCTION_NS,
-    ) -> None:
+    ) -> None:  # fmt: skip
         self.bench, self.vector, self.instruction_ns = bench, vector, instruction_ns
         self.instructions = 0  # Number of instructions that have been executed.
         self._ports: dict[int, tuple[RegisterPort, int]] = {

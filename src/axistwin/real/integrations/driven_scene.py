@@ -79,15 +79,9 @@ async def _connect(station: Station) -> None:
 
 
 def at_port(
-    url: str,
-    model: str,
-    options: Mapping[str, Any],
-    *,
-    baud: int | None = None,
-    units: Units | None = None,
-    registers: Sequence[str] = (),
-    period_s: float = 0.1,
-) -> Machine:
+    url: str, model: str, options: Mapping[str, Any], *, baud: int | None = None, units: Units | None = None,
+    registers: Sequence[str] = (), period_s: float = 0.1,
+) -> Machine:  # fmt: skip
     """Return a `Machine` of the controller at `url`.  Raises UsageError for an invalid choice or name."""
     driver = AsyncController(url, core_of(model, options), baud)
     units = units or {}
@@ -98,15 +92,10 @@ def at_port(
 
 
 async def of_scene(
-    bench: Bench,
-    options: Mapping[str, Mapping[str, Any]],
-    *,
-    speed: float | None = 1.0,
-    without: frozenset[str] = frozenset(),
-    units: Units | None = None,
-    registers: Sequence[str] = (),
+    bench: Bench, options: Mapping[str, Mapping[str, Any]], *, speed: float | None = 1.0,
+    without: frozenset[str] = frozenset(), units: Units | None = None, registers: Sequence[str] = (),
     period_s: float = 0.1,
-) -> Machine:
+) -> Machine:  # fmt: skip
     """Start the controllers of a scene, and return a machine with these controllers.
 
     `options`: options of drivers by controller; `without`: endpoints that have other hosts.  Raises UsageError.

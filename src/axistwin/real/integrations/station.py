@@ -19,13 +19,9 @@ class Station:
     """A controller.  `units`: units of its axes by name; `registers`: see `points_of`."""
 
     def __init__(
-        self,
-        name: str,
-        model: str,
-        driver: AsyncController,
-        units: Mapping[str, MachineUnits] | None = None,
+        self, name: str, model: str, driver: AsyncController, units: Mapping[str, MachineUnits] | None = None,
         registers: tuple[str, ...] = (),
-    ) -> None:
+    ) -> None:  # fmt: skip
         self.name, self.model, self.driver = name, model, driver
         self.axes = {axis: DrivenAxis(self, axis, (units or {}).get(axis, COUNTS)) for axis in driver.axes}
         self.points: list[Point] = points_of(driver, registers)

@@ -163,14 +163,9 @@ class Twin:
     """A virtual controller that answers the test cases of a comparison with a real controller."""
 
     def __init__(
-        self,
-        made: Product,
-        family: Dialect,
-        cases: Sequence[Case],
-        line: UartFormat | None,
-        options: Mapping[str, Any],
-        facts: Mapping[str, str] | None = None,
-    ) -> None:
+        self, made: Product, family: Dialect, cases: Sequence[Case], line: UartFormat | None,
+        options: Mapping[str, Any], facts: Mapping[str, str] | None = None,
+    ) -> None:  # fmt: skip
         bench = Bench()
         keywords: dict[str, Any] = {} if line is None else {"line": line}
         controller = bench.add(made.model, **keywords, **options)
@@ -325,13 +320,9 @@ def _same_bytes(expected: Sequence[Answer], received: Sequence[Answer]) -> bool:
 
 
 def _judge(
-    case: Case,
-    expected: Sequence[Answer],
-    received: Sequence[Answer],
-    family: Dialect,
-    settings: Settings,
+    case: Case, expected: Sequence[Answer], received: Sequence[Answer], family: Dialect, settings: Settings,
     tolerance: float | None,
-) -> tuple[Verdict, str]:
+) -> tuple[Verdict, str]:  # fmt: skip
     depends = case.depends and not settings.as_new
     said, got = ([answer.data for answer in answers] for answers in (expected, received))
     forms = [list(map(family.answer_form, case.says, answers)) for answers in (said, got)]
@@ -368,14 +359,9 @@ def _sometimes_silent(family: Dialect, said: list[bytes], got: list[bytes]) -> b
 
 
 def _fits(
-    made: Product,
-    family: Dialect,
-    cases: Sequence[Case],
-    found: Probe,
-    settings: Settings,
-    tolerance: float | None,
+    made: Product, family: Dialect, cases: Sequence[Case], found: Probe, settings: Settings, tolerance: float | None,
     facts: Mapping[str, str],
-) -> list[str]:
+) -> list[str]:  # fmt: skip
     """Return the option values with which the twin answers most alike.
 
     A twin with more differences than the best one so far is not asked further.

@@ -29,14 +29,9 @@ def cases(product: Product, _: Mapping[str, str]) -> list[Case]:
     """Return the test cases of `axistwin probe` for an 1810 or 1811 motion board, in the order of the tests."""
     commands = {command.opcode: command for command in product.commands if isinstance(command, Opcode)}
     return [
-        *_requests(commands),
-        *_bits(commands),
-        *_definitions(commands),
-        *_ignored(commands),
-        *_moves(commands),
-        *_plugged(commands),
-        *_bare(commands),
-    ]
+        *_requests(commands), *_bits(commands), *_definitions(commands), *_ignored(commands), *_moves(commands),
+        *_plugged(commands), *_bare(commands),
+    ]  # fmt: skip
 
 
 def _asked(code: int) -> bool:
@@ -193,13 +188,10 @@ def _sequences(case: Callable[..., Case]) -> list[Case]:
 
     wait, go_on = "29 00 00 00 C8", "48"
     return [
-        sequence(0x20, "20 01 00 03", "29 00 00 00 1E"),
-        sequence(0x21, "21 01", "29 00 00 00 1E", then=(go_on,)),
+        sequence(0x20, "20 01 00 03", "29 00 00 00 1E"), sequence(0x21, "21 01", "29 00 00 00 1E", then=(go_on,)),
         sequence(0x28, "28 01", then=(go_on,)),
-        sequence(0x28, "28 00", then=(go_on,), name="wait for continue, without a message"),
-        sequence(0x29, wait),
-        sequence(0x2A, "2A 00 01", wait_s=1.5),
-        sequence(0x2B, "2B 00 01", then=("79",)),
+        sequence(0x28, "28 00", then=(go_on,), name="wait for continue, without a message"), sequence(0x29, wait),
+        sequence(0x2A, "2A 00 01", wait_s=1.5), sequence(0x2B, "2B 00 01", then=("79",)),
         sequence(0x2C, "2C 02 01", name="wait for a high level of trigger 2"),
         sequence(0x2C, "2C 02 00", name="wait for a low level of trigger 2"),
         sequence(0x71, wait, then=("71", "88", "88", "88", "88"), wait_s=0.05),
@@ -207,7 +199,7 @@ def _sequences(case: Callable[..., Case]) -> list[Case]:
         sequence(0x7A, wait, then=("7A", "88", "88", go_on), wait_s=0.1),
         sequence(0x79, wait, then=("79", "88", "88"), wait_s=0.1),
         sequence(0xDA, wait, then=("DA 0F", "92 0F", "41 0F"), wait_s=0.4),
-    ]
+    ]  # fmt: skip
 
 
 def _streams(case: Callable[..., Case]) -> list[Case]:

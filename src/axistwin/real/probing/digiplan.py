@@ -40,13 +40,9 @@ def cases(product: Product, facts: Mapping[str, str]) -> list[Case]:
     end = facts.get("terminator", "\r").encode()
     commands = {command.code: command for command in product.commands if isinstance(command, Instruction)}
     return [
-        *_requests(commands, end, _known(facts)),
-        *_settings(commands, end),
-        *_wrong(commands, end),
-        *_moves(commands, end),
-        *_plugged(commands, end),
-        _ramp(commands, end),
-    ]
+        *_requests(commands, end, _known(facts)), *_settings(commands, end), *_wrong(commands, end),
+        *_moves(commands, end), *_plugged(commands, end), _ramp(commands, end),
+    ]  # fmt: skip
 
 
 def _known(facts: Mapping[str, str]) -> str:

@@ -30,12 +30,9 @@ class KlipperBoard(Board):
     wiring: Wiring
 
     def __init__(
-        self,
-        wiring: Wiring,
-        horizon_s: float = 0.1,
-        journal: Callable[[str], None] = lambda line: None,
+        self, wiring: Wiring, horizon_s: float = 0.1, journal: Callable[[str], None] = lambda line: None,
         positions: Mapping[str, int] | None = None,
-    ) -> None:
+    ) -> None:  # fmt: skip
         """Begin to connect to the board.  `positions`: position of each axis at the start, in pulses; default 0."""
         super().__init__(wiring, horizon_s, journal)
         self._at_start = dict(positions or {})

@@ -53,28 +53,17 @@ MOST = 1e15  # No number of a motor record reaches this value.
 LONGEST_TEXT = 39
 
 MOTOR: dict[str, Field] = {
-    **_doubles("VAL RBV DVAL DRBV RLV DIFF OFF HLM LLM DHLM DLLM"),
-    **_doubles("RVAL RRBV RDIF", scaled=False),
+    **_doubles("VAL RBV DVAL DRBV RLV DIFF OFF HLM LLM DHLM DLLM"), **_doubles("RVAL RRBV RDIF", scaled=False),
     **_doubles("VELO VBAS VMAX JVEL JAR HVEL BVEL TWV RDBD SPDB BDST"),
     **_doubles("ACCL BACC DLY S SBAS SMAX VERS", scaled=False),
-    **_doubles("MRES ERES RRES UREV FRAC", 1.0, scaled=False),
-    **_longs("DMOV SREV", 1),
+    **_doubles("MRES ERES RRES UREV FRAC", 1.0, scaled=False), **_longs("DMOV SREV", 1),
     **_longs("MOVN STOP JOGF JOGR HOMF HOMR TWF TWR SYNC HLS LLS RHLS RLLS LVIO MSTA TDIR CDIR ATHM MISS RCNT RTRY"),
-    **_longs("CARD UDF PROC"),
-    "PREC": Field(Kind.LONG, 0, most=15),
-    "SPMG": _menu("Stop", "Pause", "Move", "Go", value=GO),
-    "DIR": _menu("Pos", "Neg"),
-    "SET": _menu("Use", "Set"),
-    "FOFF": _menu("Variable", "Frozen"),
-    "UEIP": _menu(*NO_YES),
-    "URIP": _menu(*NO_YES),
-    "STUP": _menu("OFF", "ON", "BUSY"),
-    "CNEN": _menu("Disable", "Enable", value=1),
-    "SEVR": _menu(*SEVERITIES),
-    **_strings("EGU DESC NAME RTYP DTYP OUT STAT"),
-    "FAULT": Field(Kind.TEXT, ""),
-    "CLEAR": Field(Kind.LONG, 0),
-}
+    **_longs("CARD UDF PROC"), "PREC": Field(Kind.LONG, 0, most=15),
+    "SPMG": _menu("Stop", "Pause", "Move", "Go", value=GO), "DIR": _menu("Pos", "Neg"), "SET": _menu("Use", "Set"),
+    "FOFF": _menu("Variable", "Frozen"), "UEIP": _menu(*NO_YES), "URIP": _menu(*NO_YES),
+    "STUP": _menu("OFF", "ON", "BUSY"), "CNEN": _menu("Disable", "Enable", value=1), "SEVR": _menu(*SEVERITIES),
+    **_strings("EGU DESC NAME RTYP DTYP OUT STAT"), "FAULT": Field(Kind.TEXT, ""), "CLEAR": Field(Kind.LONG, 0),
+}  # fmt: skip
 """Fields of a motor record, with the names of EPICS' motor module."""
 OWN = ("FAULT", "CLEAR")
 """Fields that a motor record of EPICS does not have; they are served as records of their own, `LAB:if1:X:FAULT`."""

@@ -319,10 +319,9 @@ class MotorRecord:
         if not axis.busy and not self.values["DMOV"]:
             await self._ended()
         await self._set(
-            MOVN=int(moving),
-            MSTA=status_bits(status, busy=axis.busy, forward=self.values["CDIR"], homed=self._homed),
+            MOVN=int(moving), MSTA=status_bits(status, busy=axis.busy, forward=self.values["CDIR"], homed=self._homed),
             DMOV=int(not axis.busy),
-        )
+        )  # fmt: skip
 
     async def _set_readback(self, status: Status) -> None:
         dial = self._dial(status.position)
@@ -377,28 +376,14 @@ def _with_name(function: Callable[[MotorRecord, str, Any], Awaitable[None]], nam
 
 
 PUTS: dict[str, Put] = {
-    "VAL": MotorRecord._move,
-    "DVAL": _by_dial,
-    "RVAL": _by_raw,
-    "RLV": _by_distance,
-    **_with_name(MotorRecord._jog, "JOGF JOGR"),
-    **_with_name(MotorRecord._home, "HOMF HOMR"),
-    "TWF": lambda record, on: record._tweak(1, on),
-    "TWR": lambda record, on: record._tweak(-1, on),
-    "STOP": MotorRecord._stop,
-    "SPMG": MotorRecord._stop_pause_move_go,
-    **_with_name(MotorRecord._velocity, "VELO VMAX JVEL"),
-    **_with_name(MotorRecord._positive, "ACCL TWV"),
-    **_with_name(MotorRecord._user_limit, "HLM LLM"),
-    **_with_name(MotorRecord._dial_limit, "DHLM DLLM"),
-    "OFF": MotorRecord._offset,
-    "DIR": MotorRecord._direction,
-    "MRES": MotorRecord._resolution,
-    **_with_name(MotorRecord._keep, "SET FOFF DESC"),
-    **_with_name(MotorRecord._shown, "EGU PREC"),
-    "STUP": MotorRecord._poll,
-    "PROC": MotorRecord._poll,
-    "SYNC": MotorRecord._sync,
-    "CLEAR": MotorRecord._clear,
-}
+    "VAL": MotorRecord._move, "DVAL": _by_dial, "RVAL": _by_raw, "RLV": _by_distance,
+    **_with_name(MotorRecord._jog, "JOGF JOGR"), **_with_name(MotorRecord._home, "HOMF HOMR"),
+    "TWF": lambda record, on: record._tweak(1, on), "TWR": lambda record, on: record._tweak(-1, on),
+    "STOP": MotorRecord._stop, "SPMG": MotorRecord._stop_pause_move_go,
+    **_with_name(MotorRecord._velocity, "VELO VMAX JVEL"), **_with_name(MotorRecord._positive, "ACCL TWV"),
+    **_with_name(MotorRecord._user_limit, "HLM LLM"), **_with_name(MotorRecord._dial_limit, "DHLM DLLM"),
+    "OFF": MotorRecord._offset, "DIR": MotorRecord._direction, "MRES": MotorRecord._resolution,
+    **_with_name(MotorRecord._keep, "SET FOFF DESC"), **_with_name(MotorRecord._shown, "EGU PREC"),
+    "STUP": MotorRecord._poll, "PROC": MotorRecord._poll, "SYNC": MotorRecord._sync, "CLEAR": MotorRecord._clear,
+}  # fmt: skip
 """Writes that have an effect; all other fields can only be read."""

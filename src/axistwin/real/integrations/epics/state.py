@@ -31,14 +31,7 @@ def alarm_of(status: Status, error: str, failure: str) -> tuple[Alarm, str]:
 
 def status_bits(status: Status, *, busy: bool, forward: int, homed: bool) -> int:
     bits = {
-        DIRECTION: forward,
-        DONE: not busy,
-        PLUS: status.limit_plus,
-        HOME_SWITCH: status.at_home,
-        AT_HOME: status.at_home,
-        PROBLEM: status.faults,
-        MOVING: status.moving,
-        MINUS: status.limit_minus,
-        HOMED: homed,
-    }
+        DIRECTION: forward, DONE: not busy, PLUS: status.limit_plus, HOME_SWITCH: status.at_home,
+        AT_HOME: status.at_home, PROBLEM: status.faults, MOVING: status.moving, MINUS: status.limit_minus, HOMED: homed,
+    }  # fmt: skip
     return sum(bit for bit, on in bits.items() if on)

@@ -58,12 +58,10 @@ class AddressSpace:
             ua.NodeId(f"{station.name}.Identification", self._index), ua.QualifiedName("Identification", machinery)
         )
         facts = {
-            "Manufacturer": MANUFACTURERS.get(station.model, "Animatics"),
-            "Model": station.model,
-            "ProductInstanceUri": f"urn:axistwin:{station.name}",
-            "SerialNumber": "unknown",
+            "Manufacturer": MANUFACTURERS.get(station.model, "Animatics"), "Model": station.model,
+            "ProductInstanceUri": f"urn:axistwin:{station.name}", "SerialNumber": "unknown",
             "Location": station.driver.url,
-        }
+        }  # fmt: skip
         for name, text in facts.items():
             identifier = ua.NodeId(f"{station.name}.Identification.{name}", self._index)
             await identification.add_property(identifier, ua.QualifiedName(name, machinery), text)
@@ -156,15 +154,11 @@ class AxisNodes:
         unit = ua.EUInformation(DisplayName=ua.LocalizedText(self._scale.unit))
         await self._nodes["Position"][0].add_property(0, "EngineeringUnits", unit)
         methods: dict[str, tuple[Callable[..., Awaitable[None]], tuple[str, ...]]] = {
-            "MoveTo": (self._move_to, ("Position",)),
-            "MoveBy": (self._move_by, ("Distance",)),
-            "MoveAt": (self._move_at, ("Velocity",)),
-            "Home": (self._home, ("Direction",)),
-            "Stop": (self._axis.stop, ()),
-            "Abort": (lambda: self._axis.stop(abort=True), ()),
-            "SetPosition": (self._set_position, ("Position",)),
-            "ClearFaults": (self._axis.clear_faults, ()),
-        }
+            "MoveTo": (self._move_to, ("Position",)), "MoveBy": (self._move_by, ("Distance",)),
+            "MoveAt": (self._move_at, ("Velocity",)), "Home": (self._home, ("Direction",)),
+            "Stop": (self._axis.stop, ()), "Abort": (lambda: self._axis.stop(abort=True), ()),
+            "SetPosition": (self._set_position, ("Position",)), "ClearFaults": (self._axis.clear_faults, ()),
+        }  # fmt: skip
         for title, (act, arguments) in methods.items():
             await space.add_method(parent, (*names, title), act, *arguments)
         self._axis.changed = self._publish

@@ -14,13 +14,9 @@ from axistwin.real.integrations.opcua.security import APPLICATION, Account, User
 
 @asynccontextmanager
 async def serving(
-    machine: Machine,
-    address: str = "127.0.0.1",
-    port: int = 4840,
-    *,
-    users: Mapping[str, Account] | None = None,
+    machine: Machine, address: str = "127.0.0.1", port: int = 4840, *, users: Mapping[str, Account] | None = None,
     certificates: Path | None = None,
-) -> AsyncIterator[str]:
+) -> AsyncIterator[str]:  # fmt: skip
     """Serve a machine that has been opened, and poll its controllers; yield the server's URL."""
     # Suppress the log messages of the library asyncua, e.g. about each refused request of a client.
     logging.getLogger("asyncua").setLevel(logging.CRITICAL)

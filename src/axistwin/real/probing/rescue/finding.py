@@ -17,9 +17,8 @@ from axistwin.sim.frames import Parity, UartFormat
 
 RATES = {"smartmotor": (9600, 19200, 38400, 4800, 2400), "if1": (9600, 4800, 2400, 1200, 600, 300, 110)}
 FRAMES: dict[str, tuple[tuple[int, Parity], ...]] = {
-    "smartmotor": ((8, "N"),),
-    "if1": ((8, "N"), (7, "E"), (7, "O"), (8, "E"), (8, "O"), (7, "N")),
-}
+    "smartmotor": ((8, "N"),), "if1": ((8, "N"), (7, "E"), (7, "O"), (8, "E"), (8, "O"), (7, "N")),
+}  # fmt: skip
 """Data bits and parity that are tried.  Wrong parities could begin binary records of a SmartMotor."""
 STOP_BITS = {"smartmotor": 1, "if1": 2}
 PATIENCE_S = 0.15  # Longest silence before an answer, beyond the time of the characters on the line.

@@ -28,13 +28,10 @@ def cases(product: Product, facts: Mapping[str, str]) -> list[Case]:
     """Return all test cases for a SmartMotor, in the order in which a probe performs them."""
     commands = {str(command.code): command for command in product.commands if isinstance(command, Instruction)}
     return [
-        *readings(commands, facts.get("firmware", "476")),
-        *talk(commands, facts.get("address", "0")),
+        *readings(commands, facts.get("firmware", "476")), *talk(commands, facts.get("address", "0")),
         case("inputs instead of limits", commands["UCI"].chapter, "UCI UDI ZS RW", bare=True),
-        *stored(commands, facts.get("line", "9600 8N1")),
-        *locking(commands),
-        *moves(commands),
-    ]
+        *stored(commands, facts.get("line", "9600 8N1")), *locking(commands), *moves(commands),
+    ]  # fmt: skip
 
 
 def examine(end: End, _: Product) -> Condition:

@@ -48,16 +48,9 @@ def words(text: str) -> list[str]:
 
 
 def case(
-    name: str,
-    section: str,
-    *lines: str | bytes,
-    moves: bool = False,
-    wait_s: float = 0.0,
-    waits: tuple[tuple[int, float], ...] = (),
-    bare: bool = False,
-    stores: bool = False,
-    depends: bool = False,
-) -> Case:
+    name: str, section: str, *lines: str | bytes, moves: bool = False, wait_s: float = 0.0,
+    waits: tuple[tuple[int, float], ...] = (), bare: bool = False, stores: bool = False, depends: bool = False,
+) -> Case:  # fmt: skip
     """Return a test case that sends lines of commands (str) or raw characters (bytes).
 
     CR is added to each line of commands.  The test case moves if a command is not in the whitelist.

@@ -21,12 +21,9 @@ class HalBoard(Board):
     wiring: HalWiring
 
     def __init__(
-        self,
-        wiring: HalWiring,
-        horizon_s: float = 0.1,
-        journal: Callable[[str], None] = lambda line: None,
+        self, wiring: HalWiring, horizon_s: float = 0.1, journal: Callable[[str], None] = lambda line: None,
         positions: Mapping[str, int] | None = None,
-    ) -> None:
+    ) -> None:  # fmt: skip
         """`positions`: net pulses at the start, by axis; 0 if left out."""
         super().__init__(wiring, horizon_s, journal)
         self.commands: deque[dict[str, Any]] = deque([{"setup": wiring.setup()}])

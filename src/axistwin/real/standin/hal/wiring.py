@@ -11,13 +11,11 @@ from axistwin.real.standin.wiring import Wired
 COMPONENT = "axistwin"
 MOST_NAME = 47  # Longest name of a pin in HAL.
 AXIS_PINS = (
-    ("position-cmd", "float out, position in pulses"),
-    ("velocity-cmd", "float out, velocity in pulses/s"),
-    ("enable", "bit out, switches the drive on"),
-    ("plus", "bit out, moving in the positive direction"),
+    ("position-cmd", "float out, position in pulses"), ("velocity-cmd", "float out, velocity in pulses/s"),
+    ("enable", "bit out, switches the drive on"), ("plus", "bit out, moving in the positive direction"),
     ("minus", "bit out, moving in the negative direction"),
     ("position-fb", "float in, position of the motor in pulses"),
-)
+)  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -46,8 +44,6 @@ class HalWiring(Wired):
     def setup(self) -> dict[str, Any]:
         stops = {given.to: given.stops_at for given in self.inputs if given.stops is not None}
         return {
-            "axes": [axis.axis for axis in self.axes],
-            "inputs": [given.to for given in self.inputs],
-            "stops": stops,
+            "axes": [axis.axis for axis in self.axes], "inputs": [given.to for given in self.inputs], "stops": stops,
             "outputs": {output.source: output.safe for output in self.outputs},
-        }
+        }  # fmt: skip
