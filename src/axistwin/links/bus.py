@@ -83,7 +83,6 @@ class Master(Connection):
         self._last_reported = False
 
     def received(self, data: bytes) -> None:
-        """Execute all complete requests of the client.  An incomplete request is stored until its end arrives."""
         *lines, self._line = (self._line + data).split(b"\n")
         pacer = self.slot.pacer
         for line in lines:
@@ -152,7 +151,6 @@ class Master(Connection):
         self._changes.append(line.level)
 
     def flush(self) -> None:
-        """Send all unreported level changes of the interrupt line to the client."""
         changes, self._changes = self._changes, []
         if not self.stalled:
             for level in changes:
@@ -165,13 +163,11 @@ class Master(Connection):
     # Functions that handle slow and disconnected clients
 
     def resume_writing(self) -> None:
-        """Continue after the client has read its answers."""
         super().resume_writing()
         if self._unsubscribe is not None and self._last_reported is not self.slot.bus.interrupt:
             self._report(self.slot.bus.interrupt)
 
     def connection_lost(self, exc: Exception | None) -> None:
-        """Release the board for the next client after a client has disconnected."""
         self._end_subscription()
         super().connection_lost(exc)
 

@@ -42,12 +42,10 @@ class Lines(Protocol):
     rts: bool
 
     @property
-    def dsr(self) -> bool:
-        """Level of the input DSR (data set ready)."""
+    def dsr(self) -> bool: ...
 
     @property
-    def cts(self) -> bool:
-        """Level of the input CTS (clear to send)."""
+    def cts(self) -> bool: ...
 
 
 class DescriptorStream:

@@ -59,7 +59,6 @@ class HostThread:
         self._awake.wait()
 
     def sleeps_by_the_wall_clock(self) -> bool:
-        """True if the host program is sleeping in real time, as reported by the operating system."""
         return "nanosleep" in (self._reported("wchan") or "")
 
     def start(self) -> None:
@@ -128,7 +127,6 @@ def _sleep(seconds: float | SupportsIndex, /) -> None:
 
 @contextmanager
 def _sleeping(host: HostThread) -> Iterator[None]:
-    """Make `time.sleep` use virtual time in the host's thread, within a `with` block."""
     with _lock:
         _hosts[threading.get_ident()] = host
         time.sleep = _sleep

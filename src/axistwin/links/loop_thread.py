@@ -35,7 +35,6 @@ class LoopThread:
             raise UsageError("cannot advance virtual time in a callback: advance the time outside callbacks")
 
     def do(self, action: Callable[[], T]) -> T:
-        """Call a function in the event loop's thread, and return the function's result."""
         if threading.current_thread() is self._thread:
             return action()
 
@@ -45,7 +44,6 @@ class LoopThread:
         return self.run(act())
 
     def stop(self) -> None:
-        """End the event loop's thread after the pending callbacks have been executed."""
         self.do(lambda: None)  # Execute pending callbacks of asyncio, e.g. those that close network connections.
         self.run(self._loop.shutdown_default_executor())  # End the threads that resolve network addresses.
         self._loop.call_soon_threadsafe(self._loop.stop)

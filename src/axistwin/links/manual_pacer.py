@@ -77,7 +77,6 @@ class ManualPacer(Pacer):
         return True
 
     def _deliver(self) -> bool:
-        """Send pending output to the hosts; return False if no output is pending."""
         if not self._to_flush:
             return False
         self.deliveries += 1

@@ -85,8 +85,7 @@ class Delays:
 class Port(Protocol):
     """Interface of a port that stores its output while virtual time advances, and sends the output afterwards."""
 
-    def flush(self) -> None:
-        """Send the pending output of the port."""
+    def flush(self) -> None: ...
 
 
 class Pacer:
@@ -132,7 +131,6 @@ class Pacer:
 
     @property
     def running(self) -> bool:
-        """True while virtual time passes."""
         return self._drive is not None
 
     def start(self, loop: asyncio.AbstractEventLoop | None = None) -> None:
@@ -255,7 +253,6 @@ class Pacer:
         return True
 
     def finish(self) -> None:
-        """Execute all events that are due at the present virtual time."""
         self.clock.run_to(self.clock.now)
 
     def flush(self) -> None:
@@ -299,7 +296,7 @@ class Drive(ABC):
 
     @abstractmethod
     def work(self) -> None:
-        """Advance the bench, send output, and plan the next advance."""
+        """Advance the bench, to the wall clock's time if it paces, send output, and plan the next advance."""
 
     @abstractmethod
     def _turn(self) -> None: ...
@@ -309,7 +306,6 @@ class Drive(ABC):
         self._next = self._next or self._loop.call_soon(self._turn)
 
     def cancel(self) -> None:
-        """Stop advancing virtual time."""
         self._ended = True
         if self._next is not None:
             self._next.cancel()
@@ -327,11 +323,9 @@ class RealTime(Drive):
 
     @property
     def behind_s(self) -> float:
-        """Seconds by which virtual time was behind the wall clock at the last advance."""
         return max(0.0, self._real_s(self._target_ns(self._last_s) - self._clock.now))
 
     def sync(self) -> None:
-        """Catch up with the wall clock, for at most one slice of real time."""
         self._last_s = self._loop.time()
         target_ns, due_ns = self._target_ns(self._last_s), self._clock.next_event_ns()
         if due_ns is not None and due_ns <= target_ns:
@@ -340,7 +334,6 @@ class RealTime(Drive):
             self._bench.run(lambda: self._advance(target_ns))
 
     def work(self) -> None:
-        """Advance virtual time to the wall clock's time, send output, and plan the next advance."""
         self.sync()
         self._bench.flush()
         self._plan_next()
@@ -397,9 +390,7 @@ class FullSpeed(Drive):
     def _idle(self) -> bool:
         """True if no event is planned, except background events that repeat for ever."""
         clock = self._clock
-        if clock.quiet and clock.now >= self._bench.agenda_ns:
-            return True
-        return clock.next_event_ns() is None
+        return (clock.quiet and clock.now >= self._bench.agenda_ns) or clock.next_event_ns() is None
 
     def _turn(self) -> None:
         self._next = None

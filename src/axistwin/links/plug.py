@@ -42,12 +42,10 @@ class HostPort(Protocol):
     def host(self) -> HostEnd: ...
 
     @property
-    def dtr_line(self) -> Pin:
-        """The controller's output DTR (data terminal ready)."""
+    def dtr_line(self) -> Pin: ...
 
     @property
-    def rts_line(self) -> Pin:
-        """The controller's output RTS (request to send)."""
+    def rts_line(self) -> Pin: ...
 
     @property
     def hung_up(self) -> Pin: ...
@@ -114,7 +112,6 @@ class Plug(SingleClient[SerialClient]):
         self.reset()
 
     def end(self) -> None:
-        """Restore the line after the client has disconnected."""
         self.set_break(False)
         self.serial.host.dtr = self.serial.host.rts = True
         self.apply_flow()
@@ -142,7 +139,6 @@ class Plug(SingleClient[SerialClient]):
 
     @property
     def chunk(self) -> int:
-        """Largest number of characters that are read from the client at once."""
         return INSTANT_CHUNK if self.serial.to_device.instant else CHUNK
 
     @property
@@ -160,7 +156,6 @@ class Plug(SingleClient[SerialClient]):
             self._stop_observing = self.pacer.subscribe(self._resume_when_emptier)
 
     def change(self, change: Callable[[], object]) -> None:
-        """Apply a setting of the client: a line format or a control line."""
         self.pacer.sync()
         change()
         self.pacer.work()
@@ -195,7 +190,6 @@ class Plug(SingleClient[SerialClient]):
     # Functions that send data from the controller to the client
 
     def request_flush(self) -> None:
-        """Request a flush after the bench has been advanced."""
         if not self._flush_requested:
             self._flush_requested = True
             self.pacer.request_flush(self)
@@ -228,6 +222,5 @@ class Plug(SingleClient[SerialClient]):
         return self.flow if wanted is None else wanted
 
     def apply_flow(self) -> None:
-        """Apply the flow control that the client has chosen, or the default flow control."""
         if self.serial.flow is not self._flow:
             self.serial.flow = self._flow

@@ -46,7 +46,6 @@ class PassThrough(Uart):
     """The device's end of the simulated line, which accepts characters in any format."""
 
     def understands(self, sent: UartFormat) -> bool:  # noqa: ARG002
-        """Return True, because this UART accepts characters in any line format, e.g. 7E1."""
         return True
 
 
@@ -76,10 +75,7 @@ class Relay:
         self._warned: set[str] = set()
 
     def start(self, pacer: Pacer, lost: Callable[[LinkError], None]) -> None:
-        """Start forwarding data between the host and the device.
-
-        `lost` is called when the device is lost.  Call within the event loop of the pacer.
-        """
+        """Start forwarding; call it in the event loop of the pacer.  `lost` is called when the device is lost."""
         self._pacer, self._lost, self._loop = pacer, lost, asyncio.get_running_loop()
         self._lines = control_lines(self._device)
         if self._lines is not None:

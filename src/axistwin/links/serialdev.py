@@ -107,7 +107,6 @@ class SerialDevice:
     # Functions that the serial endpoint calls
 
     def hung_up(self) -> bool:
-        """Return False, because a real cable stays connected."""
         return False
 
     def drop(self) -> None:

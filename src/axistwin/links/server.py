@@ -61,11 +61,7 @@ class Server:
         self._open: list[OpenPort] = []
 
     async def open(self, name: str, url: PortUrl) -> PortUrl:
-        """Open a port to a controller.
-
-        `name`: the name of a controller, of a second channel or of a line of motors.
-        Raises LinkError; UsageError for an unknown name.
-        """
+        """Open a port to a controller, a second channel or a line of motors.  Raises LinkError, UsageError."""
         port: OpenPort
         if self._share:
             if url.scheme != "tcp":

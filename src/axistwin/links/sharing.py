@@ -43,7 +43,6 @@ class Seat:
 
     @property
     def chunk(self) -> int:
-        """Largest number of characters that are read from the client at once."""
         return self._hub.plug.chunk
 
     @property
@@ -51,7 +50,6 @@ class Seat:
         return self._hub.plug.full or len(self.waiting) > FULL
 
     def connect(self, client: TcpClient) -> bool:
-        """Connect the client; return False if new clients are refused."""
         self.client = client
         if not self._hub.enter(self):
             self.client = None
@@ -63,10 +61,7 @@ class Seat:
             self.client = None
 
     def send(self, data: bytes) -> None:
-        """Queue characters from the client for the controller.
-
-        Requests of other clients that are already waiting are sent first.
-        """
+        """Queue characters for the controller, behind the waiting requests of other clients."""
         self.waiting += data
         self._hub.pump(self)
         if len(self.waiting) - self._hub.sendable(self) > LONGEST_LINE:
@@ -107,7 +102,6 @@ class Hub:
     # From the seats
 
     def enter(self, seat: Seat) -> bool:
-        """Add a client; return False if the serial connector refuses new clients."""
         if len(self._seats) >= MOST_SEATS or self.plug.refuses_because or not (self._seats or self.plug.connect(self)):
             return False
         self._seats.append(seat)
@@ -198,7 +192,6 @@ class Hub:
     # From the plug
 
     def hung_up(self) -> bool:
-        """Return False: seats leave by themselves."""
         return False
 
     def drop(self) -> None:
@@ -208,7 +201,6 @@ class Hub:
         self._each(TcpClient.pause)
 
     def resume(self) -> None:
-        """Continue reading from each client, unless too many characters of the client are queued."""
         for seat in self._seats:
             if seat.client is not None and not seat.full:
                 seat.client.resume()

@@ -48,8 +48,7 @@ class Connector(Protocol):
     def full(self) -> bool: ...
 
     @property
-    def chunk(self) -> int:
-        """Largest number of characters that are read from the client at once."""
+    def chunk(self) -> int: ...
 
     def connect(self, client: Any) -> bool:
         """Connect a client; return False if the client is refused."""
@@ -128,7 +127,6 @@ class Connection(asyncio.BufferedProtocol, ABC):
         self.plug.disconnect(self)
 
     def pause_writing(self) -> None:
-        """Record that the client does not read the replies fast enough."""
         self.stalled = True
         if self.answers:
             self.pause()
@@ -177,7 +175,6 @@ class TcpClient(Connection):
         self._last, self._has_told = b"", False
 
     def resume_writing(self) -> None:
-        """Record that the client reads again, and log lost characters."""
         if self.dropped:
             log.warning("%s: %s reads too slowly, %d characters were lost", self.plug.name, self.name, self.dropped)
             self.dropped = 0
@@ -219,10 +216,7 @@ class TcpPort:
 
 
 async def listen(url: PortUrl, make: Callable[[], Connection]) -> TcpPort:
-    """Listen for clients at the address of `url`, and return the open port.
-
-    Port 0 selects any free port; `url` of the result contains its number.  Raises LinkError.
-    """
+    """Listen at the address of `url`, and return the open port; port 0: any free port.  Raises LinkError."""
     loop = asyncio.get_running_loop()
     try:
         sock = _listening_socket(*await resolved(url))

@@ -107,9 +107,7 @@ def _sequence(data: bytes, iac: int) -> tuple[Item, int] | None:
         return _subnegotiation(data, iac)
     if code < Verb.WILL:
         return Command(code), iac + 2
-    if len(data) < iac + 3:
-        return None
-    return Negotiation(Verb(code), data[iac + 2]), iac + 3
+    return None if len(data) < iac + 3 else (Negotiation(Verb(code), data[iac + 2]), iac + 3)
 
 
 def _subnegotiation(data: bytes, begin: int) -> tuple[Item, int] | None:

@@ -40,7 +40,6 @@ class PortUrl:
 
     @property
     def address(self) -> str:
-        """The address as `host:port`."""
         return f"[{self.host}]:{self.port}" if ":" in self.host else f"{self.host}:{self.port}"
 
 

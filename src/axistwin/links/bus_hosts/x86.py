@@ -74,7 +74,6 @@ class Computer:
 
     @property
     def interruptible(self) -> bool:
-        """True if interrupts are enabled (the interrupt flag is set)."""
         return bool(self._uc.reg_read(x86.UC_X86_REG_EFLAGS) & INTERRUPT_FLAG)
 
     @property

@@ -109,7 +109,6 @@ class BusEnd(End):
 
     @property
     def user_bits(self) -> int:
-        """User bits (bits 0 to 2) of the board's status byte."""
         return self._status() & USER_BITS
 
     def close(self) -> None:

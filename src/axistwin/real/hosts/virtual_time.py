@@ -33,13 +33,11 @@ class VirtualEnd(End):
             self.frame_s = controller.serial.host.format.frame_ns / S
 
     def set_line(self, line: UartFormat) -> None:
-        """Set the serial format of the virtual host, e.g. 9600 baud, 8 data bits, no parity, 1 stop bit."""
         self.controller.serial.host.format = line
         self.frame_s = line.frame_ns / S
 
     @property
     def user_bits(self) -> int:
-        """User bits (bits 0 to 2) of the board's status byte."""
         return self.controller.bus.status & USER_BITS
 
     @property

@@ -66,7 +66,6 @@ class DrivenAxis:
 
     @property
     def paused(self) -> bool:
-        """True from `pause` to `resume`."""
         return not self._go.is_set()
 
     def travel(self) -> tuple[float, float] | None:
@@ -87,10 +86,7 @@ class DrivenAxis:
         await self.request(Goal(lambda: self.core.move_at(velocity)))
 
     async def home(self, direction: int) -> None:
-        """Search for the home position; return when the axis is at rest.
-
-        Raises RefusedError if home is not found, or if a stop or another request ends the search.
-        """
+        """Search for home; return at rest.  Raises RefusedError if a stop or another request ends the search, too."""
         await self.request(Goal(lambda: self.core.home(direction), homing=True))
 
     async def request(self, goal: Goal) -> None:
@@ -134,7 +130,6 @@ class DrivenAxis:
             await self._end_motion(self.core.stop)
 
     def resume(self) -> None:
-        """Permit moves of the axis again after a pause."""
         self._go.set()
 
     async def set_position(self, position: int) -> None:

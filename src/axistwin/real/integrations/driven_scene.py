@@ -153,11 +153,7 @@ def driver_inside(bench: Bench, name: str, **options: Any) -> AsyncController:
 
 
 def core_of(model: str, options: Mapping[str, Any]) -> Core:
-    """Create a `Core`: an object that implements the communication protocol of a controller.
-
-    The object encodes requests and decodes answers, but has no port.  Raises UsageError for an unknown model or
-    option.
-    """
+    """Return a controller's protocol, without a port.  Raises UsageError for an unknown model or option."""
     try:
         return make(model, dict(options))
     except DriverError as reason:

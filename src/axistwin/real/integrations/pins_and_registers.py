@@ -45,10 +45,7 @@ class Point:
             await self._set(await self._read())
 
     async def write(self, value: int) -> None:
-        """Write a value to the pin or register.
-
-        Raises RefusedError if the pin or register cannot be written, or cannot have this value.
-        """
+        """Write a value.  Raises RefusedError if the pin or register cannot be written, or cannot have this value."""
         if self._write is None:
             raise RefusedError(f"{self.name} cannot be written: expected an output or a variable")
         if self.bit and value not in (0, 1):

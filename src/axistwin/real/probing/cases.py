@@ -35,7 +35,6 @@ class Case:
     """Requests by their numbers from 0, and the seconds to wait for each, instead of `wait_s`."""
 
     def wait(self, number: int, otherwise: float) -> float:
-        """Return the seconds to wait for the answer to request `number` of the case."""
         return dict(self.waits).get(number, otherwise)
 
 
@@ -93,7 +92,6 @@ def connect(controller: Controller, output: str, *inputs: str) -> None:
 
 
 def dialect(product: Product) -> Dialect:
-    """Return the functions and test data with which `axistwin probe` tests a controller model."""
     found: Dialect = import_module(f"axistwin.real.probing.{FAMILIES[product.model]}").DIALECT
     return found
 

@@ -76,7 +76,6 @@ class Probe:
     """What the probe could not restore in nonvolatile memory, and the remedy; "" if everything is as before."""
 
     def of(self, verdict: Verdict) -> list[Result]:
-        """Return the test results with the given verdict, e.g. `Verdict.DIFFERS`."""
         return [result for result in self.results if result.verdict is verdict]
 
     def as_dict(self) -> dict[str, Any]:
@@ -213,10 +212,7 @@ class _Port:
         )
 
     def late(self, case: Case, expected: Sequence[Answer], received: Sequence[Answer]) -> tuple[bool, bool]:
-        """Return if answers have arrived after the next request, and if they are otherwise as expected.
-
-        Waits for everything that the case still lacks.
-        """
+        """Wait for all answers; return if any has come after the next request, and if they are as expected else."""
         wanted, got = (
             b"".join(answer.data for said, answer in zip(case.says, answers, strict=True) if said)
             for answers in (expected, received)

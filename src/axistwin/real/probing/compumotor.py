@@ -26,7 +26,6 @@ UNDEFINED = (0x02, 0x07, 0x16, 0x1F, 0x5F, 0x6A, 0xBA, 0xC0, 0xF0, 0xFC)
 
 
 def cases(product: Product, _: Mapping[str, str]) -> list[Case]:
-    """Return the test cases of `axistwin probe` for an 1810 or 1811 motion board, in the order of the tests."""
     commands = {command.opcode: command for command in product.commands if isinstance(command, Opcode)}
     return [
         *_requests(commands), *_bits(commands), *_definitions(commands), *_ignored(commands), *_moves(commands),
@@ -246,13 +245,10 @@ def _streams(case: Callable[..., Case]) -> list[Case]:
 
 
 def _plugged(commands: dict[int, Opcode]) -> list[Case]:
-    """Return test cases for a board whose outputs are connected to its inputs by a test plug."""
-
     def case(code: int, *texts: str, name: str = "", wait_s: float = 0.4) -> Case:
         command = commands[code]
         words = f"{code:02X}h {name or command.name}, with the test plug"
-        asks = (0x88, 0x8C, 0x94, 0x97)
-        says = (*(bytes.fromhex(text) for text in texts), *(bytes((ask,)) for ask in asks))
+        says = (*(bytes.fromhex(text) for text in texts), b"\x88", b"\x8c", b"\x94", b"\x97")
         return Case(words, command.chapter, says, moves=True, writes=True, wait_s=wait_s, plug=True)
 
     slow, move = "31 00 00 00 00 00 C8 00 00 27 10", "33 00 00 01 90"
@@ -294,8 +290,6 @@ def _plugged(commands: dict[int, Opcode]) -> list[Case]:
 
 
 def _bare(commands: dict[int, Opcode]) -> list[Case]:
-    """Return the test cases that are safe only if no machine is connected to the board, e.g. a search for HOME."""
-
     def case(code: int, *texts: str, plug: bool = False, wait_s: float = 0.4) -> Case:
         command = commands[code]
         says = tuple(bytes.fromhex(text) for text in (*texts, "88", "8C", "97"))
@@ -319,10 +313,7 @@ def _bare(commands: dict[int, Opcode]) -> list[Case]:
 
 
 def equip(controller: Controller, facts: Mapping[str, str]) -> None:
-    """Connect outputs of the twin to its inputs, as a test plug does at the real board.
-
-    Without a test plug at the real board, the function does nothing.
-    """
+    """Connect outputs of the twin to its inputs, if a test plug does so at the real board."""
     if facts.get("plug") == str(True):
         connect(controller, "output1", "trigger1", "trigger2", "shutdown_in", "ccw_limit")
         connect(controller, "output2", "trigger6", "home")

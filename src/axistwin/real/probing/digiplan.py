@@ -36,7 +36,6 @@ HAND_OVER_S = 3.0  # Longest duration of the steps before a hand-over.
 
 
 def cases(product: Product, facts: Mapping[str, str]) -> list[Case]:
-    """Return all test cases for an IF1 or IF2, in the order in which a probe performs them."""
     end = facts.get("terminator", "\r").encode()
     commands = {command.code: command for command in product.commands if isinstance(command, Instruction)}
     return [
@@ -217,10 +216,7 @@ def _plugged(commands: dict[str | int, Instruction], end: bytes) -> list[Case]:
 
 
 def equip(controller: Controller, facts: Mapping[str, str]) -> None:
-    """Connect outputs of the virtual interface to inputs of the same interface, like a test plug.
-
-    Without a test plug at the real interface, the function does nothing.
-    """
+    """Connect outputs 1, 2 and 5 to inputs 1, 2 and 3, if a test plug does so at the real interface."""
     if facts.get("plug") == str(True):
         for number, output in zip("123", PLUGGED, strict=True):
             connect(controller, f"output{output}", f"input{number}")
@@ -290,10 +286,7 @@ def _initialised(end: End) -> Condition:
 
 
 def initialise(end: End, facts: Mapping[str, str]) -> None:
-    """Give a new twin the data format of the real interface.
-
-    The character `(` sets the baud rate; then a message, e.g. `U61`, sets the data format.
-    """
+    """Give a new twin the real interface's data format: `(` sets the baud rate, then e.g. `U61` the format."""
     usual = product("if1").line
     assert usual is not None
     line, _ = line_format(facts.get("line") or None, usual)

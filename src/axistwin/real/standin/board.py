@@ -38,10 +38,7 @@ class Board(ABC):
         self._stopping: dict[str, str] = {}  # Reasons of stops by the host, by controller.
 
     def fail(self, reason: str, *, gone: bool = False) -> None:
-        """Mark the board as failed for the given reason.
-
-        The board is not used until `restart` is called.  `gone`: nothing serves its port any more.
-        """
+        """Do not use the board until `restart`.  `gone`: nothing serves its port any more."""
         if self.state is not State.FAILED or gone:
             self.state = State.FAILED
             self._drop_pulses(self.wiring.groups)

@@ -122,5 +122,4 @@ class Channel:
         return data
 
     def drop_waiting(self) -> None:
-        """Discard the commands that have not been sent."""
         self._waiting.clear()

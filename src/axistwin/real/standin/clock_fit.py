@@ -36,7 +36,6 @@ class ClockFit:
 
     @property
     def ready(self) -> bool:
-        """True if enough clock readings are stored to convert between host time and board time."""
         return self._count >= ENOUGH
 
     @property
@@ -45,11 +44,7 @@ class ClockFit:
         return self.ready and self.error_s <= WORST_S
 
     def add(self, sent_s: float, received_s: float, clock: int) -> None:
-        """Store one reading of the board's clock.
-
-        The conversion between host time and board time is then calculated again.  The board read the 32 bits of `clock`
-        between `sent_s` and `received_s` of the host's clock.
-        """
+        """Fit the line again with a reading: the 32 bits `clock`, read from `sent_s` to `received_s` of the host."""
         ticks = self.unwrapped(clock)
         self._latest = max(self._latest, ticks)
         if self._count == SAMPLES:

@@ -75,7 +75,6 @@ class Connection:
     # Requests
 
     def begin(self, procedure: Procedure) -> None:
-        """Start a sequence of requests to the board, and send the first request."""
         self._advance(procedure, None)
 
     def ask(self, name: str, answer: str, **values: int) -> Generator[Any, dict[str, Any], dict[str, Any]]:
@@ -84,7 +83,6 @@ class Connection:
         return found
 
     def repeat_requests(self) -> None:
-        """Repeat each request that the board has not answered in time."""
         for request in self._requests:
             if request.content and self.now_s >= request.again_at_s:
                 request.left -= 1
@@ -115,29 +113,21 @@ class Connection:
     # Clock
 
     def forget_clock(self) -> None:
-        """Discard all readings of the board's clock, and begin a new measurement of the clock."""
         self.clock = ClockFit(self.dictionary.clock_hz)
         self._clock_from_s = self.now_s
 
     def read_clock(self) -> None:
-        """Request a reading of the board's clock if the next reading is due.
-
-        While a response is missing, no request is sent: the response would be taken for that of the new request.
-        """
+        """Request a reading if one is due, and none is missing: its response would be taken for that of the new one."""
         missing = self._clock_sent_s is not None and self.now_s < self._clock_sent_s + ANSWER_S
         if self.now_s >= self._next_clock_s and not missing:
             interval_s = (self.now_s - self._clock_from_s) / CLOCKS
             self._next_clock_s = self.now_s + min(max(interval_s, LEAST_CLOCK_S), MOST_CLOCK_S)
             self._clock_sent_s = None
-            self.channel.send(self.dictionary.encode("get_clock"), self._clock_request_sent)
-
-    def _clock_request_sent(self, at_s: float) -> None:
-        self._clock_sent_s = at_s
+            self.channel.send(self.dictionary.encode("get_clock"), lambda at_s: setattr(self, "_clock_sent_s", at_s))
 
     def soon(self) -> float:
         """Return `SOON_S` from now in ticks of the board's clock; a working board has a command before then."""
         return self.clock.ticks(self.now_s + SOON_S)
 
     def ticks(self, seconds: float) -> int:
-        """Convert a duration in seconds to ticks of the board's clock."""
         return round(seconds * self.dictionary.clock_hz)

@@ -72,7 +72,6 @@ class Dictionary:
 
     @property
     def clock_hz(self) -> float:
-        """Frequency of the board's clock in ticks per second."""
         return float(self.constants["CLOCK_FREQ"])
 
     def encode(self, name: str, **values: Value) -> bytes:

@@ -59,7 +59,6 @@ class Driver:
 
     @property
     def all_ready(self) -> bool:
-        """True if all boards accept pulses."""
         return len(self._ready) == len(self.boards)
 
     @property
@@ -81,11 +80,7 @@ class Driver:
                 board.set_output(output.source, self._pin(output.source).level, now_s)
 
     def collect(self) -> None:
-        """Send the new pulses of the emulated axes to the boards.
-
-        New are the pulses since the last call.  Must be called at least five times per horizon, when no event of the
-        bench is due.
-        """
+        """Send the new pulses; call it at least five times per horizon, when no event of the bench is due."""
         if self.live:
             for whole, board in self._board.items():
                 motor = self._motors[whole]
@@ -95,10 +90,7 @@ class Driver:
             self.collected.emit(self.bench.now / S + self._offset_s)
 
     def _let_go(self) -> None:
-        """Allow simulated axes to move again after a stop of the real motors.
-
-        The axes of a controller can move again when the user has continued, and the interrupted motion has ended.
-        """
+        """Let the axes of a controller move again when the user has continued, and the interrupted motion has ended."""
         busy = {group for board in self.boards if board.wiring.name not in self._ready for group in board.wiring.groups}
         for group in tuple(self._held - self.stopped.keys() - busy):
             wholes = [whole for whole in self._board if whole.rpartition(".")[0] == group]

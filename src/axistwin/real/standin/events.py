@@ -32,10 +32,7 @@ class Stopped:
 
 @dataclass(frozen=True)
 class Failed:
-    """Event: the board has failed.
-
-    The stand-in does not use the board until the user continues.  `gone`: that is impossible, and the run must end.
-    """
+    """The board is not used until the user continues.  `gone`: that is impossible, and the run must end."""
 
     reason: str
     gone: bool = False

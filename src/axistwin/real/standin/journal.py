@@ -117,8 +117,7 @@ def last_positions(path: Path, axes: Collection[str]) -> dict[str, int] | None:
     """
     try:
         with path.open("rb") as file:
-            size = file.seek(0, os.SEEK_END)
-            file.seek(max(0, size - MOST_TAIL))
+            file.seek(max(0, file.seek(0, os.SEEK_END) - MOST_TAIL))
             lines = file.read().decode(errors="replace").split("\n")
     except FileNotFoundError:
         return dict.fromkeys(axes, 0)

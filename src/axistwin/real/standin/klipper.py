@@ -44,7 +44,6 @@ class KlipperBoard(Board):
         self.connection.begin(self._start())
 
     def receive(self, data: bytes, now_s: float) -> None:
-        """Process bytes that the board has sent."""
         self.connection.now_s = now_s
         for name, values in self.connection.receive(data):
             if self.state is not State.READY:
@@ -72,7 +71,6 @@ class KlipperBoard(Board):
         return self.connection.channel.due(now_s)
 
     def fail(self, reason: str, *, gone: bool = False) -> None:
-        """Mark the board as failed, and drop its connection."""
         if self.state is not State.FAILED or gone:
             self.connection.drop()
         super().fail(reason, gone=gone)
@@ -80,7 +78,6 @@ class KlipperBoard(Board):
     # Start
 
     def restart(self, now_s: float) -> None:
-        """Connect to the board again after a failure, at the user's command."""
         self.state, self._objects = State.CONNECTING, Objects()
         self.connection.restart(now_s)
         self.stopped.clear()
@@ -308,6 +305,5 @@ class KlipperBoard(Board):
                 self.connection.send("update_digital_out", oid=oid, value=int(not pin.inverted))
 
     def shut_down(self) -> None:
-        """Stop all axes and switch all drives off."""
         if self.connection.dictionary.constants:
             self.connection.send("emergency_stop")

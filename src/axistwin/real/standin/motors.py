@@ -38,7 +38,6 @@ class Steps:
         return self._axis.moving
 
     def tolerance_s(self, _times: "NDArray[np.int64]") -> float:
-        """Return the largest permitted time error of a pulse, in seconds."""
         return TOLERANCE_S
 
     def runs(self) -> Iterator[Run]:
@@ -71,17 +70,10 @@ class Counts:
         return self._axis.moving
 
     def tolerance_s(self, times: "NDArray[np.int64]") -> float:
-        """Return the time in seconds by which a motion board may output a pulse too early or too late.
-
-        The time is at most a fixed fraction of the shortest time between two pulses in `times`.
-        """
+        """Return the largest permitted time error of a pulse in seconds, a part of the shortest interval."""
         return min(MOST_TOLERANCE_S, int(np.diff(times).min(initial=S)) / S / TOLERANCE_PARTS)
 
     def runs(self) -> Iterator[Run]:
-        """Yield the new pulses of the axis as runs (sequences of pulses in the same direction).
-
-        New pulses are the pulses since the previous call of this method.  The runs are in order of time.
-        """
         self._axis.catch_up()
         marks = np.arange(self._mark_ns + MARK_NS, self._axis.clock.now - MARK_NS // 2 + 1, MARK_NS, dtype=np.int64)
         if not len(marks):
@@ -99,11 +91,7 @@ class Counts:
             yield way, np.concatenate(times).astype(np.int64)
 
     def _smooth_at(self, marks: "NDArray[np.int64]") -> "NDArray[np.float64]":
-        """Return a smoothed encoder position for each time in the array `marks`.
-
-        The position is the average over `MARK_NS` (5 ms), with the given time in the middle.  Encoder samples before
-        the last of these times are then discarded.
-        """
+        """Return the mean position over `MARK_NS` around each mark, and discard the samples before the last one."""
         samples, half = self._samples, MARK_NS // 2
         ends = np.append(marks - half, marks[-1] + half)
         begin = int(ends[0])
@@ -118,11 +106,7 @@ class Counts:
         return means
 
     def _advance(self, mark: int, smooth: float) -> "tuple[int, NDArray[np.float64]]":
-        """Calculate the next pulses of the axis, and return their direction and times.
-
-        The pulses lie between the time of the previous call and the time `mark`.  `smooth` is the smoothed position at
-        the time `mark`.  All times are in nanoseconds.
-        """
+        """Return direction and times in ns of the pulses up to `mark`, where the smooth position is `smooth`."""
         first, since = self._smooth, self._mark_ns
         self._smooth, self._mark_ns = smooth, mark
         direction = 1 if smooth > first else -1

@@ -36,8 +36,7 @@ class Motor:
     def refusal(self, direction: int, wanted: "NDArray[np.float64]", hz: float) -> str:
         """Return an error message if pulses at these ticks would exceed a limit of the axis, else ""."""
         gaps = np.diff(wanted, prepend=self.last if self.last is not None else -np.inf)
-        rate = hz / max(float(gaps.min()), 1e-9)
-        return self.pins.refusal(rate, self.position + direction * len(wanted))
+        return self.pins.refusal(hz / max(float(gaps.min()), 1e-9), self.position + direction * len(wanted))
 
 
 class StepStream:
@@ -70,10 +69,7 @@ class StepStream:
         motor.position += direction * len(wanted)
 
     def send_due(self) -> float:
-        """Send as many planned step commands as fit into the board's queue.
-
-        Return the delay of the next command in seconds if it is late; 0 if it is in time.
-        """
+        """Send what fits into the board's queue; return the seconds by which the next command is late, 0 if in time."""
         clock = self._connection.clock
         now = clock.ticks(self._connection.now_s)
         while self._in_queue and self._in_queue[0] < now:

@@ -52,10 +52,7 @@ class Timetable:
 
     @property
     def report(self) -> int:
-        """Interval, in clock ticks, at which the board sends its periodic status reports.
-
-        A status report contains the state of one trigger, e.g. of the trigger that stops an axis.
-        """
+        """Interval, in clock ticks, at which the board reports the state of each trigger."""
         return self._even_periods(REPORT_S)
 
     def _even_periods(self, seconds: float) -> int:
@@ -71,18 +68,10 @@ class Timetable:
         return self._at(self._slots - 1, 2 * self._others.index(given.to) + 1, soon)
 
     def reporting(self, trigger: int, soon: float) -> int:
-        """Return the time of the board's next status report, in ticks of the board's clock.
-
-        The report contains the state of one trigger.  The tick is at `soon` or later.  `trigger` is the number of the
-        trigger on the board.
-        """
+        """Return the clock tick, at `soon` or later, at which the board next reports trigger number `trigger`."""
         return self._at(self._slots - 1, 2 * trigger, soon)
 
     def _at(self, slot: int, periods: int, soon: float) -> int:
-        """Return the clock tick in the middle of a time slot of the board's schedule.
-
-        `slot`: number of the time slot in a period.  The tick is at `soon` or later.  `periods` counts from the first
-        pair of periods that begins at `soon` or later.
-        """
+        """Return the tick in the middle of a slot, `periods` after the first pair of periods at `soon` or later."""
         pair = 2 * self.period
         return -(-int(soon) // pair) * pair + periods * self.period + slot * self.slot + self.slot // 2

@@ -30,8 +30,7 @@ class BoardPin:
         return cls(found[3], bool(found[2]), _PULLS[found[1]])
 
     def __str__(self) -> str:
-        pull = {1: "^", -1: "~", 0: ""}[self.pull]
-        return f"{pull}{'!' * self.inverted}{self.name}"
+        return {1: "^", -1: "~", 0: ""}[self.pull] + "!" * self.inverted + self.name
 
 
 @dataclass(frozen=True)

@@ -146,10 +146,7 @@ class _Motor:
         return _make(field, self._record.values[name], allowed, self._alarm, "motor")
 
     async def post(self, name: str, value: Any) -> None:
-        """Publish the value of the field `name` of the EPICS motor record, e.g. `RBV`.
-
-        If the name is empty, publish the alarm and the metadata.
-        """
+        """Publish a field; "": the alarm and the metadata."""
         if not name:
             await self.describe()
             return

@@ -83,7 +83,6 @@ class MotorRecord:
     # Writes
 
     def writable(self, field: str) -> bool:
-        """True if EPICS clients can write to a field of the motor record, e.g. `VAL`."""
         return field in PUTS
 
     async def put(self, field: str, value: Any) -> None:
@@ -246,8 +245,7 @@ class MotorRecord:
         await self._set(**{field: value})
 
     async def _user_limit(self, field: str, value: float) -> None:
-        upper = (field == "HLM") == (self._sign > 0)
-        await self._dial_limit("DHLM" if upper else "DLLM", self._dial_of(value))
+        await self._dial_limit("DHLM" if (field == "HLM") == (self._sign > 0) else "DLLM", self._dial_of(value))
 
     async def _dial_limit(self, field: str, value: float) -> None:
         await self._set(**{field: value})

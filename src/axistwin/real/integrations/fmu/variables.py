@@ -56,11 +56,7 @@ class Output:
 
 
 def inputs(bench: Bench, commands: Mapping[str, str]) -> list[Input]:
-    """Return all inputs of an FMU.
-
-    Each command is an input, too.
-    `commands`: lines of a conversation by name.  Raises UsageError for an invalid command.
-    """
+    """Return the inputs of an FMU.  `commands`: lines of a conversation by name, inputs too.  Raises UsageError."""
     found = [each for controller in bench.controllers.values() for each in _inputs(controller)]
     taken = {*(each.name for each in found), *(each.name for each in outputs(bench)), TIME}
     for name, line in commands.items():
@@ -76,7 +72,6 @@ def inputs(bench: Bench, commands: Mapping[str, str]) -> list[Input]:
 
 
 def outputs(bench: Bench) -> list[Output]:
-    """Return all outputs of an FMU."""
     return [each for controller in bench.controllers.values() for each in _outputs(controller)]
 
 

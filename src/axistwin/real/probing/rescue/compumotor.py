@@ -47,8 +47,7 @@ def read(exchange: Exchange) -> Contents:
     for first in MOVES:
         requests = (bytes((MOVE, number)) for number in range(first, first + AT_ONCE))
         for definition in _asked(exchange, *requests):
-            number = int(definition[3:5] or "0", 16)
-            found.values[f"move {number}"] = definition
+            found.values[f"move {int(definition[3:5] or '0', 16)}"] = definition
     if found.values[_name(MODE)].startswith(f"{INDEXER:02X}"):
         for number in SEQUENCES:
             listed = _asked(exchange, bytes((LIST, number)))

@@ -82,8 +82,7 @@ def _attempts(kinds: tuple[str, ...], line: UartFormat | None, *, fixed: bool) -
     for kind, fmt in usual.items():
         yield fmt, kind, FIRST_TESTS[kind]
     for kind, fmt in usual.items():
-        formats = [fmt] if line is not None or fixed else _formats(kind)
-        yield from ((fmt, kind, TESTS[kind]) for fmt in formats)
+        yield from ((each, kind, TESTS[kind]) for each in ([fmt] if line is not None or fixed else _formats(kind)))
 
 
 def _formats(kind: str) -> Iterator[UartFormat]:

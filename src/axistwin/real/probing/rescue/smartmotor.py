@@ -81,8 +81,7 @@ def _upload(exchange: Exchange, found: Contents) -> str:
     """Read the program's source, "" if it is locked.  Raises LinkError if it ends too early."""
     text = b""
     for number in count():
-        request = ACKNOWLEDGE if number else b"UPLOAD\r"
-        block = exchange.ask(request, complete=_block)
+        block = exchange.ask(ACKNOWLEDGE if number else b"UPLOAD\r", complete=_block)
         text += block.removesuffix(END_OF_PROGRAM)
         if block.endswith(END_OF_PROGRAM):
             return text.decode("latin-1")

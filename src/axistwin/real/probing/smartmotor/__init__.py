@@ -25,7 +25,6 @@ STATEMENTS = 7  # Number of statements whose duration a case reports in samples.
 
 
 def cases(product: Product, facts: Mapping[str, str]) -> list[Case]:
-    """Return all test cases for a SmartMotor, in the order in which a probe performs them."""
     commands = {str(command.code): command for command in product.commands if isinstance(command, Instruction)}
     return [
         *readings(commands, facts.get("firmware", "476")), *talk(commands, facts.get("address", "0")),
@@ -71,7 +70,6 @@ def _report(end: End, name: str, form: bytes = rb"\d+\r") -> str:
 
 
 def initialise(end: End, facts: Mapping[str, str]) -> None:
-    """Let a new twin echo if the real motor does."""
     if facts.get("echo") == str(True):
         end.ask(b"ECHO" + CR)
 

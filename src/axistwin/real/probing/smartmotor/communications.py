@@ -11,7 +11,6 @@ DEVICES = "ABCDEFGH"
 
 
 def talk(commands: Mapping[str, Instruction], address: str) -> list[Case]:
-    """Return the test cases for serial communication, e.g. echo, sleep and addresses."""
     serial, anilink = commands["ECHO"].chapter, commands["AOUTp"].chapter
     variables, status, eeprom = commands["a…zzz="].chapter, commands["Zs"].chapter, commands["EPTR="].chapter
     found = [

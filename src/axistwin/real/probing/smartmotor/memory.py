@@ -176,7 +176,6 @@ def loaded(name: str, section: str, program: str, *lines: str | bytes, bare: boo
 
 
 def stored(commands: Mapping[str, Instruction], line: str) -> list[Case]:
-    """Return the test cases for the data EEPROM, program storage and program flow."""
     return [*_eeprom(commands), *_flow(commands), *(_channel(commands) if line == LINE else ())]
 
 

@@ -132,8 +132,6 @@ def _pins(commands: Mapping[str, Instruction]) -> list[Case]:
 
 
 def _bare(commands: Mapping[str, Instruction]) -> list[Case]:
-    """Return test cases that require a free shaft, e.g. for cams, torque and brakes."""
-
     def free(name: str, code: str, *lines: str | bytes, wait_s: float = MOVE_S) -> Case:
         return case(name, commands[code].chapter, *lines, *ASKS, bare=True, wait_s=wait_s)
 

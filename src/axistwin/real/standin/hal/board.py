@@ -97,7 +97,6 @@ class HalBoard(Board):
         self.commands.append({"resume": [group]})
 
     def restart(self, now_s: float) -> None:
-        """Start a new HAL component after a failure."""
         self._note(f"restart at {now_s:.3f} s")
         self.state = State.CONNECTING
         self.stopped.clear()

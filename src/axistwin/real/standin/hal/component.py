@@ -103,7 +103,6 @@ class Motion:
         self.ended = self.ended or "end" in given
 
     def turn(self, now_s: float) -> None:
-        """Read the inputs, set the outputs, and move all axes to their commanded positions."""
         if self.begun:
             self._read(now_s)
         while self.outputs and self.outputs[0][0] <= now_s:
@@ -126,7 +125,6 @@ class Motion:
                 self.reports.append({"positions": found})
 
     def end(self) -> None:
-        """Disable all drives, and set the outputs to their safe levels."""
         for group in self.groups.values():
             self._enable(group, False)
         for name, level in self.safe.items():
@@ -220,7 +218,6 @@ def report(given: dict[str, Any]) -> None:
 
 
 def main() -> None:
-    """Create the HAL component, and execute commands until standard input ends."""
     try:
         import hal
     except ImportError:
@@ -239,8 +236,7 @@ def main() -> None:
         make_pins(hal, component, setup)
         component.ready()
     except hal.error as error:
-        hint = "end another axistwin, or HAL by `halrun -U`"
-        report({"error": f"{error}: {hint}"})
+        report({"error": f"{error}: end another axistwin, or HAL by `halrun -U`"})
         return
     report({"created": True})
     motion = Motion(setup, component)
@@ -252,7 +248,6 @@ def main() -> None:
 
 
 def serve(motion: Motion, commands: Iterator[str | None]) -> None:
-    """Execute commands and update the pins every millisecond until axistwin ends."""
     while not motion.ended:
         for line in commands:
             if line is None:

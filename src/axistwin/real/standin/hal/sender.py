@@ -36,7 +36,6 @@ class HalSender(Output):
         self._owner = False
 
     def start(self) -> None:
-        """Start the HAL component, and a thread that receives the component's reports."""
         Thread(target=self._run, name=f"board {self.wiring.name}", daemon=True).start()
 
     def _run(self) -> None:
@@ -137,7 +136,6 @@ class HalSender(Output):
         self._act(self._board.complete, until_s)
 
     def restart(self, now_s: float) -> None:
-        """Start the HAL component again after a failure."""
         self._end()
         self._board.restart(now_s)
         self.start()
