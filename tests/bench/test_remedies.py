@@ -21,12 +21,9 @@ def names(model: str) -> list[str]:
     made = product(model)
     of_an_axis = SERVO if model == "smartmotor" else STEPPER
     return [
-        "line",
-        "history",
-        made.axes[0],
-        *(field.name for field in fields(made.options)),
+        "line", "history", made.axes[0], *(field.name for field in fields(made.options)),
         *(f"{made.axes[0]}.{each}" for each in of_an_axis),
-    ]
+    ]  # fmt: skip
 
 
 def error_of(model: str, options: dict[str, str]) -> str:

@@ -144,10 +144,8 @@ def test_an_output_that_cannot_be_written_is_one_line(arguments):
     (["run", "if1", "a.if1", "--for", "nan"], "'nan' is not a number"),
     (["run", "if1", "a.if1", "--option", "state=/x"], "use --state"),
     (["run", "if1", "a.if1", "--option", "X=5"], "invalid value 5 for axis X: expected a table of options"),
-    (
-        ["run", "if1", "a.if1", "--option", "X=5", "--option", "X.limits=[0,1]"],
-        "--option X.limits=[0,1] conflicts with an earlier --option for X: remove one of the two",
-    ),
+    (["run", "if1", "a.if1", "--option", "X=5", "--option", "X.limits=[0,1]"],
+     "--option X.limits=[0,1] conflicts with an earlier --option for X: remove one of the two"),
     (["run", "if1", "a.smx"], "a.smx is a compiled SmartMotor program")])  # fmt: skip
 def test_wrong_usage_is_told_in_one_line_and_ends_with_2(arguments, words, tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)

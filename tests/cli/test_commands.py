@@ -35,10 +35,8 @@ def test_syntax_and_ranges_of_some_commands():
 
 def test_control_characters_are_in_words():
     assert [line.split()[:2] for line in run("if1").splitlines()[1:4]] == [
-        ["<LF>", "0A"],
-        ["<CR>", "0D"],
-        ["<SP>", "20"],
-    ]
+        ["<LF>", "0A"], ["<CR>", "0D"], ["<SP>", "20"],
+    ]  # fmt: skip
     assert show_controls("U\r\n") == "U<CR><LF>" and show_controls("\x13\x80") == "<XOFF>\x80"
 
 

@@ -12,11 +12,9 @@ from axistwin.links.urls import parse
 
 EXCHANGE = {"if1": (b"(", b"U\r"), "smartmotor": (b"RP\r", b"0\r")}
 KINDS = {
-    "tcp": ["pyserial", "PyVISA", "asyn"],
-    "rfc2217": ["pyserial", "PyVISA", "asyn"],
-    "pty": ["pyserial", "PyVISA", "asyn"],
-    "bus": ["by hand", "C"],
-}
+    "tcp": ["pyserial", "PyVISA", "asyn"], "rfc2217": ["pyserial", "PyVISA", "asyn"],
+    "pty": ["pyserial", "PyVISA", "asyn"], "bus": ["by hand", "C"],
+}  # fmt: skip
 """The kinds of lines that are printed for each kind of port; each needs a test below."""
 C_HOST = '#include <stdio.h>\n#include "axistwin_bus.h"\nint main() { printf("%02x\\n", in(0x61)); return 0; }\n'
 STATUS = "50"

@@ -480,10 +480,8 @@ WRONG = {
     ),
     "a data sheet": (SCENE.replace('"frame23"', '"frame99"'), "4:39: invalid option of axis shaft: unknown motor"),
     "a load": (SCENE.replace("inertia_kg_m2", "mass"), "4:67: invalid option of axis shaft: unknown parameter 'mass'"),
-    "a motor that is not there": (
-        SCENE.replace('["left",', '["middle",'),
-        "11:11: the scene has no controller 'middle': expected one of left, right",
-    ),
+    "a motor that is not there": (SCENE.replace('["left",', '["middle",'),
+                                  "11:11: the scene has no controller 'middle': expected one of left, right"),
     "a motor twice": (SCENE.replace('["left", "right"]', '["left", "left"]'), "10:1: motor left is given twice"),
     "no motors": (SCENE.replace('["left", "right"]', "[]"), "11:1: chain.motors: list should have at least 1 item"),
     "a port": (SCENE.replace("tcp://127.0.0.1:0", "tcp"), "12:10: invalid port URL 'tcp'"),

@@ -38,18 +38,9 @@ def test_command_lines(axistwin):
     times = [float(line[:14]) for line in said.splitlines()]
     assert times == sorted(times) and times[1] == 1.5
     assert [line[16:].partition(", until")[0] for line in said.splitlines()] == [
-        "= led low",
-        "> (",
-        r"< U\r",
-        r"> U61\r",
-        "= led low",
-        r"> S1$\r",
-        r"> X1000@1000$\r",
-        "= output1 high",
-        "  X 0 → 1000, up to 1000 pulses/s",
-        r"> N\r",
-        r"< 1000\r",
-    ]
+        "= led low", "> (", r"< U\r", r"> U61\r", "= led low", r"> S1$\r", r"> X1000@1000$\r", "= output1 high",
+        "  X 0 → 1000, up to 1000 pulses/s", r"> N\r", r"< 1000\r",
+    ]  # fmt: skip
     assert summary.splitlines() == [
         "axis  from    to  pulses      moving  moves",
         "X        0  1000    1000  1.042000 s      1",
@@ -178,10 +169,7 @@ def test_a_trace_ends_at_its_limit_and_the_run_continues(axistwin):
 
 
 @pytest.mark.parametrize(("arguments", "words"), [
-    (
-        ("if1", "a.if1", "--report", "a.pdf"),
-        "'a.pdf' is not a name for a report: expected a name that ends in .html",
-    ),
+    (("if1", "a.if1", "--report", "a.pdf"), "'a.pdf' is not a name for a report: expected a name that ends in .html"),
     (("if1", "a.if1", "--report", "no/where.html"), "no/where.html cannot be written"),
     (("if1", "a.if1", "--trace-limit", "much"), "invalid size 'much': expected a size or none, e.g. 200MB"),
     (("if1", "none.if1"), "none.if1 cannot be read: No such file"),

@@ -232,26 +232,18 @@ def test_the_lines_for_hosts_are_shown_with_each_port():
 @pytest.mark.parametrize(("url", "expected"), [
     (
         PortUrl("rfc2217", "127.0.0.1", 2217),
-        [
-            'serial.serial_for_url("rfc2217://127.0.0.1:2217", baudrate=9600, bytesize=8, parity="N", stopbits=2,',
-            'drvAsynIPPortConfigure("if1", "127.0.0.1:2217 COM", 0, 0, 0)',
-            'asynSetOption("if1", 0, "baud", "9600")',
-            'asynOctetSetInputEos("if1", 0, "\\r")',
-        ],
+        ['serial.serial_for_url("rfc2217://127.0.0.1:2217", baudrate=9600, bytesize=8, parity="N", stopbits=2,',
+         'drvAsynIPPortConfigure("if1", "127.0.0.1:2217 COM", 0, 0, 0)', 'asynSetOption("if1", 0, "baud", "9600")',
+         'asynOctetSetInputEos("if1", 0, "\\r")'],
     ),
     (
         PortUrl("pty", path="/tmp/if1"),
-        [
-            'serial.Serial("/tmp/if1", baudrate=9600, bytesize=8, parity="N", stopbits=2, timeout=2)',
-            'open_resource("ASRL/tmp/if1::INSTR", baud_rate=9600, ',
-            'drvAsynSerialPortConfigure("if1", "/tmp/if1", 0, 0, 0)',
-            'asynSetOption("if1", 0, "stop", "2")',
-        ],
+        ['serial.Serial("/tmp/if1", baudrate=9600, bytesize=8, parity="N", stopbits=2, timeout=2)',
+         'open_resource("ASRL/tmp/if1::INSTR", baud_rate=9600, ',
+         'drvAsynSerialPortConfigure("if1", "/tmp/if1", 0, 0, 0)', 'asynSetOption("if1", 0, "stop", "2")'],
     ),
-    (
-        PortUrl("tcp", "127.0.0.1", 5001),
-        ["TCPIP0::127.0.0.1::5001::SOCKET", 'drvAsynIPPortConfigure("if1", "127.0.0.1:5001", 0, 0, 0)'],
-    ),
+    (PortUrl("tcp", "127.0.0.1", 5001),
+     ["TCPIP0::127.0.0.1::5001::SOCKET", 'drvAsynIPPortConfigure("if1", "127.0.0.1:5001", 0, 0, 0)']),
     (PortUrl("tcp", "0.0.0.0", 5001), [f"TCPIP0::{socket.gethostname()}::5001::SOCKET"]),
     (PortUrl("serial", path="/dev/ttyUSB0", baud=2400), ["2400 baud, 8 data bits,", "parity N, 2 stop bits"])
 ])  # fmt: skip

@@ -38,18 +38,9 @@ def test_lines_through_a_pipe_are_dealt_with_one_after_the_other():
         out, err = program.communicate("X1000$\nE\nN\n:axes\nK", timeout=PATIENCE_S)
     assert (program.returncode, err) == (0, "")
     assert after_initialisation(out) == [
-        "> X1000$",
-        "> E",
-        "< C<CR>",
-        "> N",
-        "< 1000<CR>",
-        "> :axes",
-        "X  1000  at rest",
-        "Y  0     at rest",
-        "Z  0     at rest",
-        "> K",
-        "< 0<CR>",
-    ]
+        "> X1000$", "> E", "< C<CR>", "> N", "< 1000<CR>", "> :axes", "X  1000  at rest", "Y  0     at rest",
+        "Z  0     at rest", "> K", "< 0<CR>",
+    ]  # fmt: skip
 
 
 def test_somebody_at_the_machine():

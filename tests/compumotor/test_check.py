@@ -44,10 +44,7 @@ def check(tmp_path, capsys):
     (["33 00 00 00 01"], "1:1 error ignored: 31 (default velocity and acceleration)"),
     ([DEFAULT, "39 00"], "2:1 error ignored: 38 (define home)"),
     ([DEFAULT, "35 00 00 00 01"], "2:1 error ignored: B0 (ratio), B1 (resolution)"),
-    (
-        ["31 00 00 00 10 00 00 00 00 00 01"],
-        "1:10 error velocity 1048576 is beyond range 0: expected at most 546133",
-    ),
+    (["31 00 00 00 10 00 00 00 00 00 01"], "1:10 error velocity 1048576 is beyond range 0: expected at most 546133"),
     (["define_relative_move 51 00 1 1 1"], "1:22 error move 51 is not stored"),
     (["E0" + " 00" * 12], "1:1 error velocity_distance_data (E0) is valid in a streaming mode only"),
     ([VELOCITY_DISTANCE, "40 01"], "2:1 error perform_move (40) is not valid in a streaming mode"),

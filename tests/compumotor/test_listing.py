@@ -67,11 +67,9 @@ def test_a_command_is_listed_in_hex_and_in_words(bench, board):
     listing = board.programs["sequence 15"]
     assert listing.title == "sequence 15"
     assert listing.lines == (
-        "33 00 00 61 A8 ; go relative: distance 25000 pulses",
-        "2A 00 02 ; wait seconds: time 2 s",
-        "2C 03 01 ; wait for trigger: trigger 3, level 1",
-        "0B 01 ; set output: output 1",
-    )
+        "33 00 00 61 A8 ; go relative: distance 25000 pulses", "2A 00 02 ; wait seconds: time 2 s",
+        "2C 03 01 ; wait for trigger: trigger 3, level 1", "0B 01 ; set output: output 1",
+    )  # fmt: skip
     language = board.product.language
     assert language.read(listing.lines[0]) == bytes([0x33, *i32(25_000)]) and listing.running is None
 

@@ -12,13 +12,9 @@ from .talking import position, ready
 LIST = Path(__file__).parents[1] / "manual" / "1811_attributes.txt"
 ROWS = [line.split() for line in LIST.read_text().splitlines() if not line.startswith("#")]
 PRINTED = {
-    "S": Accept.SINGULAR,
-    "I": Accept.INDEXER,
-    "V": Accept.STREAMING,
-    "Q": Accept.SEQUENCE,
-    "C": Accept.DURING_SEQUENCE,
+    "S": Accept.SINGULAR, "I": Accept.INDEXER, "V": Accept.STREAMING, "Q": Accept.SEQUENCE, "C": Accept.DURING_SEQUENCE,
     "W": Accept.DURING_STREAMING,
-}
+}  # fmt: skip
 ALL = Accept.SINGULAR | Accept.INDEXER | Accept.STREAMING | Accept.SEQUENCE
 ALL |= Accept.DURING_SEQUENCE | Accept.DURING_STREAMING
 

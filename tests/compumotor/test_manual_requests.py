@@ -108,12 +108,9 @@ def test_move_status(bench, board, minus):
     rows = phases(bench, board, minus)
     sign = 8 * minus
     assert rows == [
-        (home, 0, 0, 0, 0),
-        (home | sign | 0x50, 0xFF, 0, 0xFF, 0),
-        (home | sign | 0x30, 0xFF, 0xFF, 0, 0),
-        (home | sign | 0x90, 0xFF, 0, 0, 0xFF),
-        (home | sign, 0, 0, 0, 0),
-    ]
+        (home, 0, 0, 0, 0), (home | sign | 0x50, 0xFF, 0, 0xFF, 0), (home | sign | 0x30, 0xFF, 0xFF, 0, 0),
+        (home | sign | 0x90, 0xFF, 0, 0, 0xFF), (home | sign, 0, 0, 0, 0),
+    ]  # fmt: skip
 
 
 def test_crunching(bench, board):

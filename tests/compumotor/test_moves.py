@@ -50,13 +50,9 @@ def test_a_short_move_is_a_triangle(bench, board):
 
 
 RESOLUTIONS = [
-    (0, Fraction(50, 3), 1),
-    (1, Fraction(5, 3), 10),
-    (2, Fraction(1, 6), 100),
-    (3, Fraction(1, 60), 1000),
-    (4, Fraction(5, 18), 60),
-    (5, Fraction(100, 3), 1),
-]
+    (0, Fraction(50, 3), 1), (1, Fraction(5, 3), 10), (2, Fraction(1, 6), 100), (3, Fraction(1, 60), 1000),
+    (4, Fraction(5, 18), 60), (5, Fraction(100, 3), 1),
+]  # fmt: skip
 
 
 @pytest.mark.parametrize(("x", "resolution", "units"), RESOLUTIONS)

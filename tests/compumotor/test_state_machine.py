@@ -26,11 +26,9 @@ MOVES = st.one_of(
 )
 ENDS = st.one_of(
     st.sampled_from([(c,) for c in (0x70, 0x71, 0x72, 0x73, 0x78, 0x79, 0x7A, 0x48, 0xAF)]),
-    st.builds(
-        lambda c, t, on, m: (c, t, on, m),
-        st.sampled_from([0x74, 0x75, 0x76, 0x77, 0x7C, 0x7D, 0x7E]), st.sampled_from([1, 6]), st.integers(0, 1),
-        st.integers(0, 1),
-    ),
+    st.builds(lambda c, t, on, m: (c, t, on, m),
+              st.sampled_from([0x74, 0x75, 0x76, 0x77, 0x7C, 0x7D, 0x7E]), st.sampled_from([1, 6]), st.integers(0, 1),
+              st.integers(0, 1)),
     st.builds(lambda t, on: (0xAC, t, on), st.sampled_from([1, 6]), st.integers(0, 1)),
     st.builds(lambda c, on: (c, on), st.sampled_from([0xA0, 0xA1, 0xA2, 0xA3, 0xA4, 0xA5, 0xA8, 0xAB]), st.just(1)),
 )  # fmt: skip
@@ -51,14 +49,8 @@ STEPS = st.one_of(
     st.builds(lambda x: (0x01, x), st.integers(0, 255)),
 )  # fmt: skip
 PINS = [
-    *(f"trigger{n}" for n in range(1, 7)),
-    "cw_limit",
-    "ccw_limit",
-    "shutdown_in",
-    "at_zero",
-    "step_in",
-    "direction_in",
-]
+    *(f"trigger{n}" for n in range(1, 7)), "cw_limit", "ccw_limit", "shutdown_in", "at_zero", "step_in", "direction_in",
+]  # fmt: skip
 
 
 class Tape:

@@ -170,13 +170,10 @@ def test_a_marker_takes_no_time_and_its_command_three_milliseconds(bench, board)
 
 
 NO_MARKERS = {
-    "three parameters are missing": (0x7C, 1, 1),
-    "invalid while the buffer is performed": (0x86,),
-    "invalid in a streaming mode": (0x41, 1),
-    "undefined": (0x07,),
-    "there is no output 3": (0x0B, 3),
+    "three parameters are missing": (0x7C, 1, 1), "invalid while the buffer is performed": (0x86,),
+    "invalid in a streaming mode": (0x41, 1), "undefined": (0x07,), "there is no output 3": (0x0B, 3),
     "with a surplus byte": (0x0B, 1, 1),
-}
+}  # fmt: skip
 MARKERS = {
     "a report": (20, [(0x7FFF, 0x84)], (0x8000 | 1_500, 0x7FFF, 0x8000 | 1_500, 0), ["84 ff"], -40),
     "the last one in a row counts, and the end of the stream": (

@@ -24,16 +24,9 @@ left: > X100$\r
 def test_every_act():
     acts = parse(EVERY_ACT).acts
     assert acts == (
-        Comment("model: if1"),
-        Comment("options: wiring=3-wire"),
-        Wait(250 * MS),
-        Say(b"U61\r"),
-        Hear(b"U\r"),
-        Hear(b""),
-        Do("input1", "high"),
-        Expect("X.position", "1000"),
-        Say(b"X100$\r", controller="left"),
-    )
+        Comment("model: if1"), Comment("options: wiring=3-wire"), Wait(250 * MS), Say(b"U61\r"), Hear(b"U\r"),
+        Hear(b""), Do("input1", "high"), Expect("X.position", "1000"), Say(b"X100$\r", controller="left"),
+    )  # fmt: skip
     assert [act.line for act in acts] == list(range(1, 10))
 
 

@@ -37,12 +37,9 @@ def test_files_of_all_kinds_at_once_without_a_model(check):
     result = check("home.sms", "moves.181x", "same.talk", "bench.toml", "fine.if1")
     assert result.return_value == 1
     assert [re.sub(r": (error|warning): .* \[", " ", line) for line in result.stdout.splitlines()] == [
-        "home.sms:1:1 SM103]",
-        "moves.181x:1:1 CM305]",
-        "same.talk:3:4 DP305]",
-        "bench.toml:3:1 SC102]",
+        "home.sms:1:1 SM103]", "moves.181x:1:1 CM305]", "same.talk:3:4 DP305]", "bench.toml:3:1 SC102]",
         "bench.toml:4:17 SC104]",
-    ]
+    ]  # fmt: skip
     assert result.stderr == "axistwin: 5 files: 4 errors, 1 warning (1 can be fixed by --fix)\n"
 
 
@@ -97,12 +94,9 @@ def test_a_scene_is_checked_with_its_programs(check):
     result = check("scene.toml")
     assert result.return_value == 1
     assert [re.sub(r": (error|warning): .* \[", " ", line) for line in result.stdout.splitlines()] == [
-        "scene.toml → bad.if1:2:1 DP101]",
-        "scene.toml → both.talk:3:9 DP401]",
-        "scene.toml → both.talk:4:10 SM503]",
-        "scene.toml → home.sms:1:1 SM103]",
-        "scene.toml → late.if1:1:6 DP301]",
-    ]
+        "scene.toml → bad.if1:2:1 DP101]", "scene.toml → both.talk:3:9 DP401]", "scene.toml → both.talk:4:10 SM503]",
+        "scene.toml → home.sms:1:1 SM103]", "scene.toml → late.if1:1:6 DP301]",
+    ]  # fmt: skip
     assert result.stderr.startswith("axistwin: scene.toml: ")
     found = json.loads(check("scene.toml", "--json").stdout)
     assert {(each["file"], each["scene"]) for each in found["diagnostics"]} >= {("bad.if1", "scene.toml")}

@@ -212,13 +212,8 @@ REMEDIES = [
     ("smartmotor", ["SIZE=101 BASE=100"], "MC", "BASE at least SIZE: set them first", ["BASE=101"]),
     ("smartmotor", [], "LOAD", "in a limit fault, as pins C and D are not held low: give", ["UCI UDI ZS"]),
     ("smartmotor", ["EPTR=7999"], "VST(a,1)", "or a lower EPTR", ["EPTR=0"]),
-    (
-        "smartmotor",
-        [],
-        "GOSUB5",
-        "the stored program has no label C5: load one that has",
-        ["UCI UDI ZS", "LOAD", "END C5 RETURN \xff\xff"],
-    ),
+    ("smartmotor", [], "GOSUB5", "the stored program has no label C5: load one that has",
+     ["UCI UDI ZS", "LOAD", "END C5 RETURN \xff\xff"]),
     ("1811", [], NEAR, "31 (default velocity and acceleration) must be sent first", [DEFAULT]),
     ("1811", [DEFAULT], "39 00", "38 (define home) must be sent first", ["38 01 00 32 00"]),
     ("1811", ["38 01 00 32 00"], "39 00", "31 (default velocity and acceleration) must be sent first", [DEFAULT]),
@@ -241,7 +236,7 @@ REMEDIES = [
     ("1811", [DEFAULT], "35 00 00 00 01", "B0 to B4 (ratio, resolution, sigma, algorithm, teeth) must", LOOP),
     ("1811", ["D4 01 50 00 00 61 A8 00 03 D0 90 00 00 00 01"], "40 01", "B0 (ratio) must be sent first", [RATIO]),
     ("1811", [DEFAULT, *LOOP], "37", "send 35 or 36 first", ["35 00 00 00 00"]),
-]
+]  # fmt: skip
 
 
 @pytest.mark.parametrize(("model", "before", "line", "words", "remedy"), REMEDIES, ids=lambda value: str(value)[:30])

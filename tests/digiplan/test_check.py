@@ -94,18 +94,14 @@ WRONG = {
     ("X-",): "1:2 warning: without $ at its end this message starts nothing",
     ("X8000@4000",): "1:10 warning: without $ this message starts no move, and no later message does",
     (
-        "X8000",
-        "$",
-        "Y50",
-        "S1$",
-        "Y60",
+        "X8000", "$", "Y50", "S1$", "Y60",
     ): "5:3 warning: without $ this message starts no move, and no later message does",
     (":$",): "1:1 warning: no stored sequence to run again: expected a sequence before it, e.g. :X100:$",
     (":X100:=0,1:Y:$",): "1:12 warning: never reached: step 2 repeats for ever",
     (":X100:X@500G:Y5:$",): "1:14 warning: the run of step 2 continues, and the move of this step waits for its end: "
     "A stops the run",
     ("[", "X100$", "]"): "2:1 warning: ignored: locked in line 1, only status requests and ] are obeyed",
-}
+}  # fmt: skip
 
 
 @pytest.mark.parametrize(("lines", "message"), WRONG.items(), ids=lambda value: value[-1][:30] if value else "")

@@ -28,15 +28,10 @@ def test_every_command_is_implemented_and_names_its_chapter():
 
 
 ALLOWED = {
-    "\n\r $+,-:": ["WRITTEN"],
-    "(*UV": ["SETUP"],
-    "<>D^": ["DIRECT"],
-    "=A": ["STEP"],
-    "%/@BGHLPRSXYZ": ["DIRECT", "STEP"],
-    "#[": ["DIRECT", "ALONE"],
-    "]": ["DIRECT", "ALONE", "LOCKED"],
+    "\n\r $+,-:": ["WRITTEN"], "(*UV": ["SETUP"], "<>D^": ["DIRECT"], "=A": ["STEP"],
+    "%/@BGHLPRSXYZ": ["DIRECT", "STEP"], "#[": ["DIRECT", "ALONE"], "]": ["DIRECT", "ALONE", "LOCKED"],
     "EFIKNOQ": ["DIRECT", "ALONE", "LOCKED", "REQUEST"],
-}
+}  # fmt: skip
 """Kinds of messages in which the manual's chapters allow each command, or in which it is only part of another one."""
 
 

@@ -26,13 +26,9 @@ def test_what_changes_while_nothing_happens_says_so(bench, if1):
 
 
 SITUATIONS = {
-    "at rest": (),
-    "locked": ("[",),
-    "in a sequence": (":X5:P0,90:$",),
-    "with a data fault": ("W",),
-    "after an index": ("X77$",),
-    "waiting": ("H1X5$",),
-}
+    "at rest": (), "locked": ("[",), "in a sequence": (":X5:P0,90:$",), "with a data fault": ("W",),
+    "after an index": ("X77$",), "waiting": ("H1X5$",),
+}  # fmt: skip
 
 
 @pytest.mark.parametrize("messages", SITUATIONS.values(), ids=SITUATIONS)

@@ -123,10 +123,7 @@ MOVES = {
     },
 }
 RUNS = {
-    "if1": {
-        "move_at": lambda if1, x: x.move_at(900),
-        "sequence": lambda if1, x: if1.sequence(["X4400@900"]),
-    },
+    "if1": {"move_at": lambda if1, x: x.move_at(900), "sequence": lambda if1, x: if1.sequence(["X4400@900"])},
     "1811": {
         "move_at": lambda board, motor: motor.move_at(900),
         "sequence": lambda board, motor: (
@@ -134,11 +131,9 @@ RUNS = {
         ),
         "stream_times": lambda board, motor: board.stream_times(500, 1, 1, [9000] * 10 + [0]),
     },
-    "smartmotor": {
-        "move_at": lambda motor, shaft: shaft.move_at(900),
-        "command": lambda motor, shaft: motor.command("MV V=60000 A=100 G"),
-        "cam": lambda motor, shaft: motor.cam([0, 0, 0, 0], 800),
-    },
+    "smartmotor": {"move_at": lambda motor, shaft: shaft.move_at(900),
+                   "command": lambda motor, shaft: motor.command("MV V=60000 A=100 G"),
+                   "cam": lambda motor, shaft: motor.cam([0, 0, 0, 0], 800)},
 }  # fmt: skip
 """Motions with and without a target, from position 0 in positive direction."""
 

@@ -93,13 +93,10 @@ RAW = {
         ("stream_times", (0, 1, 1, [1, 0])), ("stream_times", (20, 256, 1, [1, 0])),
         ("stream_times", (20, 1, 1, ["x", 0])),
     ],
-    "smartmotor": [
-        ("command", ("é",)), ("command", (5,)), ("number", ("RP\u2212",)), ("load", ("é",)), ("load", (5,)),
-        ("cam", (["x"], 800)), ("cam", ([2**31], 800)), ("cam", ([], 800)), ("cam", ([0, 1], nan)),
-        ("stream", ([(0, 2**31)],)), ("stream", ([(-1, 0)],)), ("stream", ([(0, nan)],)), ("stream", ([5],)),
-        ("stream", ([(1, 2, 3)],)),
-        ("command", ("RP", "shaft9")), ("inputs", ("shaft9",)),
-    ],
+    "smartmotor": [("command", ("é",)), ("command", (5,)), ("number", ("RP\u2212",)), ("load", ("é",)), ("load", (5,)),
+                   ("cam", (["x"], 800)), ("cam", ([2**31], 800)), ("cam", ([], 800)), ("cam", ([0, 1], nan)),
+                   ("stream", ([(0, 2**31)],)), ("stream", ([(-1, 0)],)), ("stream", ([(0, nan)],)), ("stream", ([5],)),
+                   ("stream", ([(1, 2, 3)],)), ("command", ("RP", "shaft9")), ("inputs", ("shaft9",))],
 }  # fmt: skip
 
 

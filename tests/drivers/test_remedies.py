@@ -339,10 +339,8 @@ def test_a_motion_in_progress(ports, model, remedy, way):
                 (y.move_to, 5), (y.move_by, 5), (y.move_at, 5), (controller.move_together, {"Y": 5, "Z": 5}),
                 (controller.sequence, ["Y5"]),
             ],
-            "1811": lambda: [
-                (axis.move_to, 0), (axis.move_by, 5), (axis.home, 1),
-                (controller.define_sequence, 1, [bytes([0x33, 0, 0, 0, 9])]),
-            ],
+            "1811": lambda: [(axis.move_to, 0), (axis.move_by, 5), (axis.home, 1),
+                             (controller.define_sequence, 1, [bytes([0x33, 0, 0, 0, 9])])],
         }[model]()  # fmt: skip
         for other, *given in others:
             axis.move_by(4000)

@@ -125,10 +125,8 @@ def test_the_parameter_at_the_cursor_is_emphasised():
 def test_sequences_and_moves():
     found = BOARD.symbols(["define_relative_move 1 00 1 1 5", "D9 02", "40 01", "83", "D8", "D9 03"])
     assert [(symbol.name, len(symbol.children)) for symbol in found] == [
-        ("move 1", 0),
-        ("sequence 02", 2),
-        ("sequence 03", 0),
-    ]
+        ("move 1", 0), ("sequence 02", 2), ("sequence 03", 0),
+    ]  # fmt: skip
 
 
 # A SmartMotor's source

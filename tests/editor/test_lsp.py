@@ -179,10 +179,8 @@ def test_a_call_leads_to_its_label_and_a_label_to_its_calls(client):
     assert client.at("definition", uri, 0, 2) == label and client.at("definition", uri, 2, 2) is None
     assert client.at("definition", uri, 3, 1) is None
     asked = {
-        "textDocument": {"uri": uri},
-        "position": {"line": 4, "character": 1},
-        "context": {"includeDeclaration": True},
-    }
+        "textDocument": {"uri": uri}, "position": {"line": 4, "character": 1}, "context": {"includeDeclaration": True},
+    }  # fmt: skip
     places = [found["range"]["start"] for found in client.ask("textDocument/references", asked)]
     assert [(place["line"], place["character"]) for place in places] == [(0, 0), (1, 5), (4, 0)]
 

@@ -41,11 +41,9 @@ def served(visit, **options):
 
 async def attempts(client, name, password):
     return [
-        await code(client.create_session()),
-        await code(client.activate_session(name, password)),
-        await client.move(10.0),
-        await code(client.read("board.Axes.motor.Position")),
-    ]
+        await code(client.create_session()), await code(client.activate_session(name, password)),
+        await client.move(10.0), await code(client.read("board.Axes.motor.Position")),
+    ]  # fmt: skip
 
 
 @pytest.fixture(scope="module")
@@ -79,12 +77,9 @@ def test_the_rules_stand_on_a_server_without_certificates():
     async def visit(url):
         async with raw(url) as viewer, raw(url) as operator, raw(url, channel=False) as nobody:
             return (
-                await attempts(viewer, "bert", "x9Qv4t"),
-                await attempts(operator, None, ""),
-                await attempts(nobody, "anna", "k7Rw2p"),
-                await viewer.add_a_node(),
-                await viewer.register_a_server(),
-            )
+                await attempts(viewer, "bert", "x9Qv4t"), await attempts(operator, None, ""),
+                await attempts(nobody, "anna", "k7Rw2p"), await viewer.add_a_node(), await viewer.register_a_server(),
+            )  # fmt: skip
 
     found, moved = served(visit, users=USERS)
     assert found == (

@@ -171,10 +171,7 @@ def test_a_board_without_power_drives_nothing(served, port):
     ("w 0 " + "00 " * (MAX_BLOCK + 1), "error: cannot write 257 bytes in one request: expected at most 256"),
     ("s 2", "error: unknown request"),
     ("init now", "error: unknown request"),
-    (
-        "x" * (LONGEST_LINE + 1),
-        "error: the bus request is too long: expected at most 1024 characters, e.g. `r 0 16`",
-    ),
+    ("x" * (LONGEST_LINE + 1), "error: the bus request is too long: expected at most 1024 characters, e.g. `r 0 16`"),
     (
         "x" * 10 * LONGEST_LINE,
         "error: the bus request is too long: expected at most 1024 characters, e.g. `r 0 16`",

@@ -11,11 +11,9 @@ HEADERS = (
     b"Host: 127.0.0.1:5001\r\nOrigin: http://example.org\r\nContent-Type: text/plain\r\nContent-Length: 99\r\n\r\n"
 )
 LINES = [
-    b"POST / HTTP/1.1\r\n",
-    b"GET /X+400$ HTTP/1.1\r\n",
-    b"OPTIONS / HTTP/1.1\r\n",
+    b"POST / HTTP/1.1\r\n", b"GET /X+400$ HTTP/1.1\r\n", b"OPTIONS / HTTP/1.1\r\n",
     b"PUT /" + b"a" * 200 + b" HTTP/1.1\r\n",
-]
+]  # fmt: skip
 
 
 def closed(connection):

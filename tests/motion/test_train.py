@@ -27,11 +27,8 @@ def test_pulse_times_are_cut_to_the_span_asked_for():
     train.start(0, +1, constant(100, 10))
     train.start(S, -1, constant(50, 4))
     assert train.pulse_times(80_000_000, S + 40_000_000).tolist() == [
-        80_000_000,
-        90_000_000,
-        100_000_000,
-        S + 20_000_000,
-    ]
+        80_000_000, 90_000_000, 100_000_000, S + 20_000_000,
+    ]  # fmt: skip
 
 
 def test_a_stroke_that_begins_ends_the_one_before():

@@ -233,17 +233,9 @@ def test_cursors_by_clicks_keys_and_buttons_and_what_they_measure(visit):
         visit.frame()
     (row,) = visit.found("scope-readout").rows
     assert row == {
-        "name": "if1.input1",
-        "unit": "",
-        "at": "–",
-        "now": "1",
-        "a": "0",
-        "b": "1",
-        "d": "1",
-        "low": "0",
-        "high": "1",
+        "name": "if1.input1", "unit": "", "at": "–", "now": "1", "a": "0", "b": "1", "d": "1", "low": "0", "high": "1",
         "mean": "0.2",
-    }
+    }  # fmt: skip
 
     tell(visit, do="key", key="Escape")
     assert (cursors.a_ns, cursors.b_ns) == (None, None)

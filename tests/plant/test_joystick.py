@@ -32,14 +32,9 @@ def test_pulses_at_the_rate_of_the_deflection_once_it_has_been_at_zero_long_enou
     joystick.deflect(1000)
     clock.run_to(6 * MS)
     assert seen == [
-        (0, "step", False),
-        (4 * MS, "zero", False),
-        (4 * MS, "step", True),
-        (4 * MS + 500 * US, "step", False),
-        (5 * MS, "step", True),
-        (5 * MS + 500 * US, "step", False),
-        (6 * MS, "step", True),
-    ]
+        (0, "step", False), (4 * MS, "zero", False), (4 * MS, "step", True), (4 * MS + 500 * US, "step", False),
+        (5 * MS, "step", True), (5 * MS + 500 * US, "step", False), (6 * MS, "step", True),
+    ]  # fmt: skip
 
 
 def test_let_go_it_finishes_its_pulse_and_is_at_zero(stick):

@@ -92,28 +92,16 @@ def test_a_scene_with_units(directory):
 
 @pytest.mark.parametrize(("old", "new", "message"), [
     ('"-1 mm"', '"-1 cm"', ":6:59: controller.axes.motor.limits: 'cm' is not the unit of the axis: expected mm"),
-    (
-        "per = 80",
-        "per = 0",
-        'units.per: invalid number of pulses or counts per unit: expected e.g. 80, 6.4 or "6400/360"',
-    ),
-    (
-        '"mm" }',
-        '"m m" }',
-        'units.of: invalid name of a unit: expected 1 to 12 letters (not "up" or "down"), e.g. "mm", not "m m"\n',
-    ),
+    ("per = 80", "per = 0",
+     'units.per: invalid number of pulses or counts per unit: expected e.g. 80, 6.4 or "6400/360"'),
+    ('"mm" }', '"m m" }',
+     'units.of: invalid name of a unit: expected 1 to 12 letters (not "up" or "down"), e.g. "mm", not "m m"\n'),
     ("per = 80", "pre = 80", "'per' is missing: add per = …"),
-    (
-        "45 °",
-        "45 mm",
-        "invalid axis position in the event when='m.shaft passes 45 mm up': 'mm' is not the unit of the axis",
-    ),
+    ("45 °", "45 mm",
+     "invalid axis position in the event when='m.shaft passes 45 mm up': 'mm' is not the unit of the axis"),
     ('"-90 °"', '"-90"', None),
-    (
-        '"180°"',
-        '"x"',
-        ":11:56: invalid limits=['-90 °', 'x'] of axis shaft: 'x' is not a position: expected e.g. 1000 or '12.5 °",
-    ),
+    ('"180°"', '"x"',
+     ":11:56: invalid limits=['-90 °', 'x'] of axis shaft: 'x' is not a position: expected e.g. 1000 or '12.5 °"),
     ('"2000/360"', "true", "invalid units of axis shaft: invalid number of pulses or counts per unit")])  # fmt: skip
 def test_a_wrong_scene_is_rejected(directory, old, new, message):
     assert old in SCENE

@@ -7,11 +7,9 @@ import pytest
 from ..command import refused, run
 
 TEXTS = {
-    "p.if1": "; Vorschub für Maß, Öffner\nX100$\n",
-    "p.181x": "; Größe\n83\n",
-    "p.talk": "; model: if1\n; Rückhub\n+1.5\n> (\n< U\\r\n",
-    "p.sms": "' Größe\nUCI UDI ZS\nEND\n",
-}
+    "p.if1": "; Vorschub für Maß, Öffner\nX100$\n", "p.181x": "; Größe\n83\n",
+    "p.talk": "; model: if1\n; Rückhub\n+1.5\n> (\n< U\\r\n", "p.sms": "' Größe\nUCI UDI ZS\nEND\n",
+}  # fmt: skip
 
 
 @pytest.mark.parametrize("encoding", ["cp437", "cp850", "latin-1", "utf-8", "utf-8-sig"])

@@ -55,14 +55,8 @@ def test_a_fault_may_wait_for_a_later_fault_or_a_fault_in_the_script(scene):
     bench.faults.subscribe(lambda fault, what: begun.setdefault((fault.name, what), bench.seconds))
     bench.run(10)
     assert [name for name, what in begun if what == "begins"] == [
-        "stuck-2",
-        "later",
-        "jam",
-        "jam-2",
-        "press",
-        "hand",
-        "stuck",
-    ]
+        "stuck-2", "later", "jam", "jam-2", "press", "hand", "stuck",
+    ]  # fmt: skip
     assert (begun["jam", "begins"], begun["jam-2", "begins"], begun["stuck", "begins"]) == (2, 3, 5)
 
 

@@ -39,9 +39,7 @@ def all_of_them() -> Bench:
 
 
 SAID = {
-    "if1": [
-        b"(", b"U61\r", b"X40@300S1$\r", b"Y-20$\r", b"E\r", b"K\r", b"C\r", b":Z3:P0,2:X20$:=2,1:$\r", b"\xff",
-    ],
+    "if1": [b"(", b"U61\r", b"X40@300S1$\r", b"Y-20$\r", b"E\r", b"K\r", b"C\r", b":Z3:P0,2:X20$:=2,1:$\r", b"\xff"],
     "1811": [
         bytes.fromhex(text)
         for text in ("31 00 00 00 00 03 E8 00 03 D0 90", "33 00 00 00 64", "83", "84", "33 FF FF FF 90", "70")
@@ -49,25 +47,21 @@ SAID = {
     "motor": [b"UCI UDI ZS ", b"A=100 V=400000 MP O=0 P=500 G ", b"RP RPE ", b"MV V=-100000 G ", b"X ", b"a=7 Ra "],
 }  # fmt: skip
 DONE = {
-    "if1": [
-        ("limit_plus", "low"), ("limit_plus", "release"), ("input1", "high"), ("input2", "high"), ("X.jam", "on"),
-        ("X.jam", "off"), ("power", "off"), ("power", "on"), ("line", "9600 7E1"), ("break", "0.3"), ("dtr", "low"),
-        ("dtr", "high"), ("flow", "dtr"), ("flow", "xon"), ("hold", "on"), ("hold", "off"), ("drop", "pending"),
-        ("fault", "lose 2 name=gap"), ("fault", "flip probability=0.2 way=both seed=3"), ("mend", "all"),
-        ("fault", 'stuck input1 high when="X passes 20" duration=0.05'),
-    ],
+    "if1": [("limit_plus", "low"), ("limit_plus", "release"), ("input1", "high"), ("input2", "high"), ("X.jam", "on"),
+            ("X.jam", "off"), ("power", "off"), ("power", "on"), ("line", "9600 7E1"), ("break", "0.3"), ("dtr", "low"),
+            ("dtr", "high"), ("flow", "dtr"), ("flow", "xon"), ("hold", "on"), ("hold", "off"), ("drop", "pending"),
+            ("fault", "lose 2 name=gap"), ("fault", "flip probability=0.2 way=both seed=3"), ("mend", "all"),
+            ("fault", 'stuck input1 high when="X passes 20" duration=0.05')],
     "1811": [
         ("cw_limit", "high"), ("cw_limit", "release"), ("power", "off"), ("power", "on"), ("init", "on"),
         ("write", "0 33 00 00 01 00"), ("write", "1 10"), ("read", "0 16"), ("write", "1 80"), ("motor.load", "0.2"),
         ("fault", 'power_cut duration=0.1 when="motor passes 300"'), ("mend", "all"),
     ],
-    "motor": [
-        ("A", "2.5V"), ("A", "release"), ("B", "low"), ("shaft.load", "0.05"),
-        ("shaft.jam", "on"), ("shaft.jam", "off"),
-        ("shaft.push", "20"), ("ambient", "60"), ("master", "400 in 0.5"), ("power", "off"), ("power", "on"),
-        ("line", "9600 8N1"), ("break", "0.1"), ("fault", "double 3 way=from name=echo"), ("mend", "all"),
-        ("fault", 'jam when="echo ends" duration=0.2'), ("hold", "on"), ("hold", "off"),
-    ],
+    "motor": [("A", "2.5V"), ("A", "release"), ("B", "low"), ("shaft.load", "0.05"),
+              ("shaft.jam", "on"), ("shaft.jam", "off"),
+              ("shaft.push", "20"), ("ambient", "60"), ("master", "400 in 0.5"), ("power", "off"), ("power", "on"),
+              ("line", "9600 8N1"), ("break", "0.1"), ("fault", "double 3 way=from name=echo"), ("mend", "all"),
+              ("fault", 'jam when="echo ends" duration=0.2'), ("hold", "on"), ("hold", "off")],
 }  # fmt: skip
 
 

@@ -17,10 +17,8 @@ OTHER = {"E": 1000, "AMPS": 1023, "MFMUL": 1, "MFDIV": 1, "KS": 1, "TH": 70, "U"
 DEFAULTS = dict.fromkeys(ZERO, 0) | OTHER
 REMOVED = ["ES400", "ES1000", "KGON", "KGOFF", "LIMH", "LIML", "LIMN", "MFRATIO", "RES=2000", "MD50"]
 ADDED = [
-    *[
-        "BRKC", "BRKG", "BRKI", "CI", "F=2", "F=16", "F=32", "F=64", "F=128", "MTB", "SLD", "SLE", "SLN=-5", "SLP=5",
-        "Ze", "Zh",
-    ],
+    *["BRKC", "BRKG", "BRKI", "CI", "F=2", "F=16", "F=32", "F=64", "F=128", "MTB", "SLD", "SLE", "SLN=-5", "SLP=5",
+      "Ze", "Zh"],
     *["RU", "RUA", "RUB", "RUC", "RUD", "RUE", "RUF", "RUG", "RUAA", "RUBA", "RUCA", "RUDA", "RUEA", "RUFA", "RUGA"],
     *["a=CX", "a=U", "PRINT(CX)"],
 ]  # fmt: skip

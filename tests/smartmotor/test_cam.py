@@ -137,18 +137,14 @@ MULTIPLIERS = ("MC", 1), ("MC2", 2), ("MC4", 4), ("MC8", 8)
     # 9.2, example 1, figure 9.1
     '9.2: "@P" and "RP", and CTR, are reset to zero when the encoder reaches BASE plus D; the shaft moves on':
     f"load {EXAMPLE.format(f='F=128')}END; RUN; 0.05 s; RMODE RBs RP RCTR -> C 0 0 0; "
-    + "; ".join(
-        f"turn {count}: {physical}; RP RCTR -> {FIGURE[count % 10000]} {count % 10000}; "
-        f"@P is {FIGURE[count % 10000]}; CTR is {count % 10000}"
-        for (count, physical) in (FIGURE | SECOND).items()
-    ),
+    + "; ".join(f"turn {count}: {physical}; RP RCTR -> {FIGURE[count % 10000]} {count % 10000}; "
+                f"@P is {FIGURE[count % 10000]}; CTR is {count % 10000}"
+                for (count, physical) in (FIGURE | SECOND).items()),
     "Figure 9.1 from right to left: one count before zero is the end of the dwell, CTR 9999 and position 500":
     f"load {EXAMPLE.format(f='F=128')}END; RUN; 0.05 s; RMODE RBs RP RCTR -> C 0 0 0; turn 10500; "
-    + "; ".join(
-        f"turn {count}: {(FIGURE | SECOND)[count]}; "
-        f"RP RCTR -> {FIGURE[count % 10000]} {count % 10000}"
-        for count in (10000, 9999, 8000, 7000, 4000, 500, 0)
-    )
+    + "; ".join(f"turn {count}: {(FIGURE | SECOND)[count]}; "
+                f"RP RCTR -> {FIGURE[count % 10000]} {count % 10000}"
+                for count in (10000, 9999, 8000, 7000, 4000, 500, 0))
     + "; turn -1: 0; RP RCTR -> 500 9999; turn -3000: 250; RP RCTR -> 750 7000",
     "9.2: in every sample CTR is below BASE plus D, and the shaft moves without a jump":
     f"{cam('F=128', dwell=100)}; master 25000 in 500 samples; "
@@ -157,10 +153,8 @@ MULTIPLIERS = ("MC", 1), ("MC2", 2), ("MC4", 4), ("MC8", 8)
     # 9.3, example 2, figure 9.2
     "9.3: the second cycle begins at the last position of the first; CTR and RP are not reset":
     f"load {EXAMPLE.format(f='F=16')}END; RUN; 0.05 s; RMODE RBs RP RCTR -> C 0 0 0; "
-    + "; ".join(
-        f"turn {count}: {position}; RP RCTR -> {position} {count}"
-        for (count, position) in (FIGURE | SECOND).items()
-    ),
+    + "; ".join(f"turn {count}: {position}; RP RCTR -> {position} {count}"
+                for (count, position) in (FIGURE | SECOND).items()),
     # CX
     '9.2: "CX contains the real-time array index of the cam table"':
     f"{cam()}; "
@@ -183,10 +177,8 @@ MULTIPLIERS = ("MC", 1), ("MC2", 2), ("MC4", 4), ("MC8", 8)
        for mc, times in MULTIPLIERS],
     "A frame 23 motor has the same trajectory as an ideal one, and its shaft reaches the target":
     f"with frame23; {cam()}; "
-    + "; ".join(
-        f"turn {count} by 5; commanded {place}; 0.3 s; at > {place - 3}; at < {place + 3}"
-        for count, place in (FIGURE | SECOND).items()
-    )
+    + "; ".join(f"turn {count} by 5; commanded {place}; 0.3 s; at > {place - 3}; at < {place + 3}"
+                for count, place in (FIGURE | SECOND).items())
     + "; RBe RMODE -> 0 C",
     "4: S stops the cam; after MF0, MC and G, positions are relative to the shaft's present position":
     f"{cam()}; turn 1000; S; turn 3000: 250; MF0 MC G; turn 3000 4000 9000 13000: 250 500 1250 750",

@@ -216,10 +216,8 @@ def test_a_fault_in_the_cam_stops_following(bench, motor):
 
 CHANGES = st.lists(
     st.sampled_from(
-        [
-            "D=0", "D=50", "D=3000", "BASE=8", "BASE=4000", "BASE=0", "SIZE=4", "SIZE=101", "SIZE=0", "MC", "MC2",
-            "MC8", "CI", "F=0", "F=16", "F=128", "F=144", "G", "X", "S",
-        ]
+        ["D=0", "D=50", "D=3000", "BASE=8", "BASE=4000", "BASE=0", "SIZE=4", "SIZE=101", "SIZE=0", "MC", "MC2",
+         "MC8", "CI", "F=0", "F=16", "F=128", "F=144", "G", "X", "S"]
     ),
     max_size=15,
 )  # fmt: skip

@@ -186,12 +186,8 @@ def test_values_from_outside_are_fetched_before_the_statement():
     program.run()
     assert (program["a"], program["b"], program.v[state.DOUBLES + 1]) == (66, 2, 5)
     assert program.carried_out == [
-        "a=GETCHR+1",
-        *["WHILE AINA1>b", "b=b+1", "LOOP"] * 2,
-        "WHILE AINA1>b",
-        "aw[GETCHR]=5",
-        "END",
-    ]
+        "a=GETCHR+1", *["WHILE AINA1>b", "b=b+1", "LOOP"] * 2, "WHILE AINA1>b", "aw[GETCHR]=5", "END",
+    ]  # fmt: skip
 
 
 def test_what_python_performs():

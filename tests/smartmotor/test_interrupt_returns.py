@@ -38,10 +38,8 @@ DEEP = "".join(f"C{n} / GOSUB{n + 1} / WHILE 1 / LOOP / RETURN / " for n in rang
     f"run {main_with('END')}; trigger; keep m; 100 samples; j is 1; m kept; RUN; 30 samples; trigger; j is 2",
     "7.1: END from the host completes C2; 8 of the base language: RUN clears the return stack":
     f"run {main_with('WHILE 1 / LOOP / RETURNI')}; "
-    + "; ".join(
-        f"trigger; j is {count}; {'END RUN' if count % 2 else 'RUN'}; 30 samples"
-        for count in range(1, 16)
-    ),
+    + "; ".join(f"trigger; j is {count}; {'END RUN' if count % 2 else 'RUN'}; 30 samples"
+                for count in range(1, 16)),
     '7.1: "recursive loop overflowing the stack" is a risk; a thousand calls of C2 do not overflow it':
     f"run {main_with('RETURNI')}; "
     + "; ".join("G low; 4 samples; G high; 6 samples" for _ in range(1000))

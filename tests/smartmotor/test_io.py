@@ -73,8 +73,5 @@ def test_a_program_takes_the_brakes_pin_at_the_sample_of_its_assignment(bench, m
     send(bench, motor, "RUN", 0.01)
     assert send(bench, motor, "Ra Rb") == b"0\r1\r"
     assert [(sample - begin, *rest) for sample, *rest in seen] == [
-        (0, False, True),
-        (1, True, True),
-        (2, False, True),
-        (4, True, False),
-    ]
+        (0, False, True), (1, True, True), (2, False, True), (4, True, False),
+    ]  # fmt: skip

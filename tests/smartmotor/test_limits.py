@@ -98,10 +98,8 @@ def into(pin):
      for pin, (latched, now, sign, own, role) in PINS.items()],
     "Zl does not acknowledge the right limit (that of Zr); nor do Ze, Zh and Zs":
     [f"{into(pin)}; "
-     + "; ".join(
-         f"{wrong} MP D={-50 * sign} G; 0.05 s; moved 0"
-         for wrong in ("Zl" if pin == "C" else "Zr", "Ze", "Zh", "Zs", "Zw")
-     )
+     + "; ".join(f"{wrong} MP D={-50 * sign} G; 0.05 s; moved 0"
+                 for wrong in ("Zl" if pin == "C" else "Zr", "Ze", "Zh", "Zs", "Zw"))
      for pin, (latched, now, sign, own, role) in PINS.items()],
     "Axis option limits=(minus, plus): a switch opens beyond each end; moves to both ends and back work":
     f"bare limits=-100,100; A={UNIT} V={UNIT} MV G; 0.1 s; at > 100; at < 104; W rop; Zr V=-{UNIT} G; 0.2 s; "

@@ -38,10 +38,8 @@ def temperature(bench: Bench, motor: Controller) -> int:
     "4.1: the amplifier goes off, MTB and the static brake act; moves, RUN and LOAD are refused":
     f"load WHILE 1 / a=a+1 / LOOP; {MOVE} RUN; 0.1 s; air 71; 3.1 s; W ho; RMODE -> B; brake is high; mark; "
     "keep a; LOAD; "
-    + "; ".join(
-        f"{command}; 0.05 s; moved 0; a kept; brake is high"
-        for command in ("G", "MT T=500", "X", "S", "MF4", "MS", "RUN")
-    ),
+    + "; ".join(f"{command}; 0.05 s; moved 0; a kept; brake is high"
+                for command in ("G", "MT T=500", "X", "S", "MF4", "MS", "RUN")),
     "The fault comes within two samples after THD samples":
     [f"air 75; THD={thd}; {max(thd - 2, 0)} samples; RBh -> 0; 5 samples; RBh -> 1" for thd in (1, 10, 1000)],
     "4.1 item 4, motor protection fault: without F=32 the program ends, with F=32 it goes to C1":

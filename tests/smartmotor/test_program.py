@@ -72,15 +72,8 @@ def test_example_5_of_chapter_9():
     program.run(4000 + 40)
     assert program["b"] == 10020
     assert program.performed == [
-        "F=144",
-        "BASE=b",
-        "SIZE=10",
-        "D=0",
-        "MC2",
-        "BASE=1",
-        "G",
-        *["BASE=b", "MC2", "CI"] * 2,
-    ]
+        "F=144", "BASE=b", "SIZE=10", "D=0", "MC2", "BASE=1", "G", *["BASE=b", "MC2", "CI"] * 2,
+    ]  # fmt: skip
 
 
 @pytest.mark.parametrize(("text", "expected"), [

@@ -149,9 +149,7 @@ FASTER = 4 * 65536
     "Base 5, MT: T acts at once; without a data sheet the shaft turns T/32 counts per sample, or -T/32 with "
     "F=2":
     [f"F={functions} MT T={torque}; 1 sample; mark; 500 samples; moved {500 * counts * way}"
-     for torque, counts in (
-         (0, 0), (31, 0), (32, 1), (63, 1), (64, 2), (1023, 31), (-31, 0), (-32, -1), (-1023, -31),
-     )
+     for torque, counts in ((0, 0), (31, 0), (32, 1), (63, 1), (64, 2), (1023, 31), (-31, 0), (-32, -1), (-1023, -31))
      for functions, way in ((0, 1), (2, -1))],
     "4 of the base language: A=0 means no change of velocity; S stops the motor whatever A is":
     [f"MV A={FASTER} V={FASTER} G; 0.01 s; {words}; 1 sample; mark; 100 samples; moved 400; "

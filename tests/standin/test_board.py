@@ -279,11 +279,8 @@ def test_a_queue_that_is_too_small():
 
 
 @pytest.mark.parametrize(("axes", "inputs", "message"), [
-    (
-        (X, Y),
-        (InputPin("table.input1", BoardPin("P2")),),
-        "pin P2 is used for table.X step and for table.input1 input: choose another pin for one of them",
-    ),
+    ((X, Y), (InputPin("table.input1", BoardPin("P2")),),
+     "pin P2 is used for table.X step and for table.input1 input: choose another pin for one of them"),
     ((AxisPins("table.X", X.step, X.direction),), (), "table.X has no enable pin"),
     (
         (X,),

@@ -69,30 +69,19 @@ def _program(motor):
 def _trajectory(motor):
     trajectory = motor.trajectory
     return {
-        state.MODE: MODES[trajectory.mode],
-        state.COMMANDED: trajectory.place,
-        state.VELOCITY: trajectory.velocity,
-        state.TARGET: trajectory.target,
-        state.MAX_VELOCITY: trajectory.top,
-        state.ACCELERATION: trajectory.rate,
-        state.FACTOR: trajectory.factor,
-        state.FOLLOW_REM: trajectory.owed * trajectory.target,
-        state.SHAFT: motor.shaft,
-        state.DIRECTION: motor.direction,
-        state.ORIGIN: motor.origin,
-    }
+        state.MODE: MODES[trajectory.mode], state.COMMANDED: trajectory.place, state.VELOCITY: trajectory.velocity,
+        state.TARGET: trajectory.target, state.MAX_VELOCITY: trajectory.top, state.ACCELERATION: trajectory.rate,
+        state.FACTOR: trajectory.factor, state.FOLLOW_REM: trajectory.owed * trajectory.target,
+        state.SHAFT: motor.shaft, state.DIRECTION: motor.direction, state.ORIGIN: motor.origin,
+    }  # fmt: skip
 
 
 def _host(motor):
     host = motor.host
     return {
-        state.HOST_HEAD: 2 * host.passed % (2 * POINTS),
-        state.HOST_COUNT: len(host.points),
-        state.HOST_LEFT: host.left,
-        state.HOST_CLOCK: host.clock,
-        state.HOST_STARTED: host.started,
-        state.HOST_SIZE: 2 * POINTS,
-    }
+        state.HOST_HEAD: 2 * host.passed % (2 * POINTS), state.HOST_COUNT: len(host.points), state.HOST_LEFT: host.left,
+        state.HOST_CLOCK: host.clock, state.HOST_STARTED: host.started, state.HOST_SIZE: 2 * POINTS,
+    }  # fmt: skip
 
 
 def _follow(motor):
@@ -147,16 +136,11 @@ def _servo(motor):
 
 def _protection(motor):
     return {getattr(state, flag.upper()): value for flag, value in motor.flags.items()} | {
-        state.E: motor.error_limit,
-        state.SOFT_LIMITS: motor.soft_limits,
-        state.STOPPING: motor.stopping,
-        state.SLP: motor.plus.soft,
-        state.SLN: motor.minus.soft,
-        state.LIMIT_C: motor.plus.has_pin,
-        state.LIMIT_D: motor.minus.has_pin,
-        state.ACKNOWLEDGED_PLUS: motor.plus.acknowledged,
+        state.E: motor.error_limit, state.SOFT_LIMITS: motor.soft_limits, state.STOPPING: motor.stopping,
+        state.SLP: motor.plus.soft, state.SLN: motor.minus.soft, state.LIMIT_C: motor.plus.has_pin,
+        state.LIMIT_D: motor.minus.has_pin, state.ACKNOWLEDGED_PLUS: motor.plus.acknowledged,
         state.ACKNOWLEDGED_MINUS: motor.minus.acknowledged,
-    }
+    }  # fmt: skip
 
 
 def _inputs(motor):
