@@ -32,9 +32,8 @@ NEXT = (
 
 
 @click.command()
-@click.option(
-    "--plot", type=FILE, default=Path("axistwin-demo.png"), show_default=True, help="The picture: FILE.png or FILE.svg."
-)
+@click.option("--plot", type=FILE, default=Path("axistwin-demo.png"), show_default=True,
+              help="The picture: FILE.png or FILE.svg.")  # fmt: skip
 def demo(plot: Path) -> None:
     """Run a short demonstration of all emulated controllers.
 

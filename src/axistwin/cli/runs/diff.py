@@ -18,23 +18,17 @@ MOST = 20  # Largest number of differing signals that are printed.
 @click.command()
 @click.argument("first", type=FILE)
 @click.argument("second", type=FILE)
-@click.option(
-    "--signals", metavar="NAME,…", help="Signals to compare, * for any text: 'if1.X.*,if1.output?'; default: all."
-)
+@click.option("--signals", metavar="NAME,…",
+              help="Signals to compare, * for any text: 'if1.X.*,if1.output?'; default: all.")  # fmt: skip
 @click.option("--tolerance", type=Number(min=0), default=0.0, help="Accepted difference of numbers.")
 @click.option("--time-tolerance", type=Number(min=0), default=0.0, metavar="SECONDS",
               help="Accepted difference of times.")  # fmt: skip
 @click.option("--json", "as_json", is_flag=True, help="One JSON object instead of text; times in nanoseconds.")
 @click.option("--plot", type=FILE, help="Draw both traces around the first difference: FILE.svg or FILE.png.")
 def diff(
-    first: Path,
-    second: Path,
-    signals: str | None,
-    tolerance: float,
-    time_tolerance: float,
-    as_json: bool,
+    first: Path, second: Path, signals: str | None, tolerance: float, time_tolerance: float, as_json: bool,
     plot: Path | None,
-) -> int:
+) -> int:  # fmt: skip
     """Compare two traces, FIRST and SECOND, signal by signal, up to the end of the shorter trace.
 
     The files may be of different kinds: .csv, .vcd, .parquet.  The output is the first difference in time, then the

@@ -17,27 +17,16 @@ from axistwin.records.traces.signals import EVERYTHING
 @click.argument("trace", type=FILE, shell_complete=complete_trace)
 @click.option("--out", "-o", type=FILE, help="FILE.svg or FILE.png; TRACE.png if left out.")
 @click.option("--show", "on_screen", is_flag=True, help="Show the picture in a window.")
-@click.option(
-    "--signals", metavar="NAME,…", help="Signals to draw, * for any text: 'if1.X.*,if1.output?'; default: all."
-)
+@click.option("--signals", metavar="NAME,…",
+              help="Signals to draw, * for any text: 'if1.X.*,if1.output?'; default: all.")  # fmt: skip
 @click.option("--from", "since", type=Number(), metavar="SECONDS", help="Begin of the drawn time.")
-@click.option(
-    "--to",
-    "until",
-    type=Number(),
-    metavar="SECONDS",
-    help="End of the drawn time; default: all motion and level changes.",
-)
+@click.option("--to", "until", type=Number(), metavar="SECONDS",
+              help="End of the drawn time; default: all motion and level changes.")  # fmt: skip
 @click.option("--title", default=None, help="Title of the picture; the scene's title or the trace's name if left out.")
 def plot(
-    trace: Path,
-    out: Path | None,
-    on_screen: bool,
-    signals: str | None,
-    since: float | None,
-    until: float | None,
+    trace: Path, out: Path | None, on_screen: bool, signals: str | None, since: float | None, until: float | None,
     title: str | None,
-) -> int:
+) -> int:  # fmt: skip
     """Draw a trace: positions, velocities, pins, registers and messages on one time axis.
 
     TRACE is a file written by `--trace`: .csv, .vcd or .parquet.  Results of `axistwin sweep` are drawn as histograms,
@@ -79,12 +68,9 @@ def plot(
         end_s = to_seconds(found.end_ns)
         raise UsageError(f"invalid --from {since:g}: expected a time before the end of the trace at {end_s:g} s")
     chart = of_trace(
-        found,
-        split(signals or EVERYTHING),
-        from_ns,
-        until_ns,
+        found, split(signals or EVERYTHING), from_ns, until_ns,
         found.about.get("title", trace.name) if title is None else title,
-    )
+    )  # fmt: skip
     if path is not None:
         with working(f"drawing {path.name}"):
             save(chart, path)

@@ -43,16 +43,10 @@ INTERRUPTED = 130
 @click.argument("target", metavar="MODEL|SCENE.toml", shell_complete=complete_target)
 @click.argument("program", type=PROGRAM, required=False, shell_complete=complete_program)
 @click.option("--for", "seconds", type=SECONDS, help="Total virtual time in seconds, from power-up.")
-@click.option(
-    "--trace",
-    "traces",
-    type=FILE,
-    multiple=True,
-    help="Write a trace: FILE.csv, .vcd (GTKWave), .sigrok.vcd or .parquet.",
-)
-@click.option(
-    "--signals", metavar="NAME,…", help="Signals to trace: 'default,motor.RPE', 'if1.X.*', '*'.  See docs/traces.md."
-)
+@click.option("--trace", "traces", type=FILE, multiple=True,
+              help="Write a trace: FILE.csv, .vcd (GTKWave), .sigrok.vcd or .parquet.")  # fmt: skip
+@click.option("--signals", metavar="NAME,…",
+              help="Signals to trace: 'default,motor.RPE', 'if1.X.*', '*'.  See docs/traces.md.")  # fmt: skip
 @click.option("--trace-limit", type=Size(), default=TRACE_LIMIT, show_default=True, metavar="SIZE|none",
               help="Largest size of each trace, e.g. 5GB.")  # fmt: skip
 @click.option("--plot", type=FILE, help="Draw velocities, positions and levels: FILE.svg or FILE.png.")
@@ -60,22 +54,13 @@ INTERRUPTED = 130
 @click.option("--strict", is_flag=True, hidden=True, expose_value=False)  # now always so
 @click.option("--json", "as_json", is_flag=True, help="One JSON object instead of text; times in nanoseconds.")
 @click.option("--option", "options", metavar="NAME=VALUE", multiple=True, help="An option of the model or an axis.")
-@click.option(
-    "--state", type=click.Path(file_okay=False, path_type=Path), help="Directory for the data kept without power."
-)
+@click.option("--state", type=click.Path(file_okay=False, path_type=Path),
+              help="Directory for the data kept without power.")  # fmt: skip
 def run(
-    target: str,
-    program: Path | None,
-    seconds: float | None,
-    traces: tuple[Path, ...],
-    signals: str | None,
-    trace_limit: int | None,
-    plot: Path | None,
-    report: Path | None,
-    as_json: bool,
-    options: tuple[str, ...],
+    target: str, program: Path | None, seconds: float | None, traces: tuple[Path, ...], signals: str | None,
+    trace_limit: int | None, plot: Path | None, report: Path | None, as_json: bool, options: tuple[str, ...],
     state: Path | None,
-) -> int:
+) -> int:  # fmt: skip
     """Run PROGRAM on a MODEL, or on the controllers of a scene, in virtual time at full speed.
 
     A scene also runs its own hosts, stored programs and script.  Without --for the run ends when no event is due. An

@@ -47,12 +47,9 @@ def _ask(port: str, baud: int) -> dict[str, object]:
     except LinkError as error:
         return {"port": port, "error": str(error)}
     return {
-        "port": port,
-        "mcu": dictionary.constants.get("MCU"),
-        "firmware": dictionary.version,
-        "clock_hz": dictionary.constants.get("CLOCK_FREQ"),
-        "pins": list(dictionary.pins),
-    }
+        "port": port, "mcu": dictionary.constants.get("MCU"), "firmware": dictionary.version,
+        "clock_hz": dictionary.constants.get("CLOCK_FREQ"), "pins": list(dictionary.pins),
+    }  # fmt: skip
 
 
 def _line(each: dict[str, object]) -> str:

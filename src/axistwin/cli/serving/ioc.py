@@ -30,15 +30,9 @@ NAME = re.compile(r"[A-Za-z0-9_:<>;.-]+")
 @click.option("--pva", is_flag=True, help="Serve the records by PV Access too.")
 @click.option("--json", "as_json", is_flag=True, help="Print the names of the records as one JSON object in one line.")
 def ioc(
-    what: str,
-    prefix: str,
-    model: str | None,
-    listen: tuple[str, ...],
-    port: int | None,
-    pva: bool,
-    as_json: bool,
+    what: str, prefix: str, model: str | None, listen: tuple[str, ...], port: int | None, pva: bool, as_json: bool,
     **given: object,
-) -> int:
+) -> int:  # fmt: skip
     """Run an EPICS server with a record for each axis, pin and register, until the user presses Ctrl-C.
 
     The virtual controllers of a SCENE run inside; at a PORT there is a real or a virtual controller.  PORT is a serial

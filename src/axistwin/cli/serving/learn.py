@@ -20,9 +20,8 @@ from axistwin.ui.terminal.state import state_file
 
 @click.command()
 @click.argument("model")
-@click.option(
-    "--lesson", type=click.IntRange(1, 6), help="Begin with this lesson.  [default: the first unfinished lesson]"
-)
+@click.option("--lesson", type=click.IntRange(1, 6),
+              help="Begin with this lesson.  [default: the first unfinished lesson]")  # fmt: skip
 @click.option("--list", "listing", is_flag=True, help="List the lessons, with a mark at finished lessons.")
 @click.option("--progress", type=FILE, help="File for the finished lessons.  [default: in the user's state directory]")
 def learn(model: str, lesson: int | None, listing: bool, progress: Path | None) -> int:

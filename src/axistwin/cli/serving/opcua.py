@@ -31,15 +31,9 @@ LOOPBACK = "127.0.0.1"
               "clients with a certificate in it can connect.")  # fmt: skip
 @click.option("--json", "as_json", is_flag=True, help="Print the URL as one JSON object in one line.")
 def opcua(
-    what: str,
-    model: str | None,
-    listen: str,
-    port: int,
-    users: Path | None,
-    certificates: Path | None,
-    as_json: bool,
+    what: str, model: str | None, listen: str, port: int, users: Path | None, certificates: Path | None, as_json: bool,
     **given: object,
-) -> int:
+) -> int:  # fmt: skip
     """Run an OPC UA server with the axes, pins and registers of controllers, until the user presses Ctrl-C.
 
     The virtual controllers of a SCENE run inside; at a PORT there is a real or a virtual controller.  PORT is a serial

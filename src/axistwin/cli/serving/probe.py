@@ -21,28 +21,19 @@ from axistwin.real.probing.report import html
 @click.option("--model", required=True, metavar="MODEL", shell_complete=complete_model, help="Model of the controller.")
 @click.option("--motion", type=click.Choice([str(motion) for motion in Motion]), default="none", show_default=True,
               help="none: nothing moves and no output switches. small: short moves, and outputs.")  # fmt: skip
-@click.option(
-    "--memory", is_flag=True, help="Programs and data are written to the memory of a SmartMotor, and restored."
-)
+@click.option("--memory", is_flag=True,
+              help="Programs and data are written to the memory of a SmartMotor, and restored.")  # fmt: skip
 @click.option("--plug", is_flag=True, help="A test plug connects outputs to inputs; see the page on probes.")
 @click.option("--as-new", is_flag=True, help="The controller has just been switched on, without wiring of a machine: "
               "positions, inputs and gains are compared too.")  # fmt: skip
-@click.option(
-    "--line", metavar="FORMAT", help="Line format of the controller, e.g. '9600 8N2'; default: its usual format."
-)
+@click.option("--line", metavar="FORMAT",
+              help="Line format of the controller, e.g. '9600 8N2'; default: its usual format.")  # fmt: skip
 @click.option("--report", type=FILE, metavar="FILE", help="Write a report, as HTML or JSON by its suffix.")
 @click.option("--json", "as_json", is_flag=True, help="Print the report as JSON.")
 def probe(
-    port: str,
-    model: str,
-    motion: str,
-    memory: bool,
-    plug: bool,
-    as_new: bool,
-    line: str | None,
-    report: Path | None,
+    port: str, model: str, motion: str, memory: bool, plug: bool, as_new: bool, line: str | None, report: Path | None,
     as_json: bool,
-) -> int:
+) -> int:  # fmt: skip
     """Compare the real controller at PORT with its virtual twin, in 150 to 300 test cases.
 
     PORT is a serial device, tcp://HOST:PORT, rfc2217://HOST:PORT, bus://HOST:PORT or a URL of pyserial.  The verdict

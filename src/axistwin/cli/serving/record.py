@@ -35,35 +35,25 @@ RESOLUTION_NS = US  # Resolution of the recorded times in ns.
 
 
 @click.command(context_settings={"help_option_names": ["-h", "--help"]})
-@click.option(
-    "--serial", "device", required=True, metavar="DEV", help="Port of the controller: a device, or a pyserial URL."
-)
+@click.option("--serial", "device", required=True, metavar="DEV",
+              help="Port of the controller: a device, or a pyserial URL.")  # fmt: skip
 @click.option("--tcp", multiple=True, metavar="H:P", help="Port for the host: raw TCP. Port 0: any free port.")
-@click.option(
-    "--rfc2217", multiple=True, metavar="H:P", help="Port for the host: TCP with line format, control lines and break."
-)
+@click.option("--rfc2217", multiple=True, metavar="H:P",
+              help="Port for the host: TCP with line format, control lines and break.")  # fmt: skip
 @click.option("--pty", multiple=True, metavar="PATH", help="Port for the host: a pseudo terminal, with a link at PATH.")
 @click.option("-o", "--output", type=FILE, metavar="FILE.talk",
               help="The recording; default: a name with date and time.")  # fmt: skip
-@click.option(
-    "--line", metavar="FORMAT", help="Line format of the controller, e.g. '9600 8N2'; default: its usual format."
-)
+@click.option("--line", metavar="FORMAT",
+              help="Line format of the controller, e.g. '9600 8N2'; default: its usual format.")  # fmt: skip
 @click.option("--model", metavar="MODEL", help="Model of the controller, noted in the recording.")
 @click.option("--on-for", type=Seconds(), default=ON_FOR_S, show_default=True, metavar="SECONDS",
               help="Time since the controller was switched on.")  # fmt: skip
 @click.option("--flow", type=click.Choice(["dtr", "none"]), default="none", show_default=True,
               help="dtr: hold back the host's characters while the controller's DTR is off.")  # fmt: skip
 def record(
-    device: str,
-    tcp: tuple[str, ...],
-    rfc2217: tuple[str, ...],
-    pty: tuple[str, ...],
-    output: Path | None,
-    line: str | None,
-    model: str | None,
-    on_for: float,
-    flow: str,
-) -> int:
+    device: str, tcp: tuple[str, ...], rfc2217: tuple[str, ...], pty: tuple[str, ...], output: Path | None,
+    line: str | None, model: str | None, on_for: float, flow: str,
+) -> int:  # fmt: skip
     """Relay all data between a host and a real controller, and record their conversation with times.
 
     The controller is on a serial device, or on a URL of pyserial.  The host connects to the port that is printed.

@@ -21,9 +21,8 @@ WIDEST = 40  # Largest width of a message in the table, in characters.
 
 @click.command(context_settings={"help_option_names": ["-h", "--help"]})
 @click.argument("file", type=FILE, metavar="FILE.talk")
-@click.option(
-    "--model", metavar="MODEL|SCENE.toml", help="The virtual controller; default: the model in the recording."
-)
+@click.option("--model", metavar="MODEL|SCENE.toml",
+              help="The virtual controller; default: the model in the recording.")  # fmt: skip
 @click.option("--option", "options", multiple=True, metavar="NAME=VALUE", help="An option of the model or an axis.")
 @click.option("--on-for", type=Seconds(), metavar="SECONDS",
               help="Time since the controller was switched on; default: as recorded.")  # fmt: skip
@@ -32,14 +31,9 @@ WIDEST = 40  # Largest width of a message in the table, in characters.
 @click.option("--brief", is_flag=True, help="Print only the acts that differ in bytes.")
 @click.option("--json", "as_json", is_flag=True, help="One JSON object instead of text; times in nanoseconds.")
 def replay(
-    file: Path,
-    model: str | None,
-    options: tuple[str, ...],
-    on_for: float | None,
-    patience: float,
-    brief: bool,
+    file: Path, model: str | None, options: tuple[str, ...], on_for: float | None, patience: float, brief: bool,
     as_json: bool,
-) -> int:
+) -> int:  # fmt: skip
     """Compare a virtual controller (the twin) with the recording of a real controller.
 
     The table shows each reply of the hardware and each change of its control lines, if the twin does the same, and both

@@ -35,28 +35,20 @@ CATCH_UP_S = 0.1
 
 @click.command(context_settings={"help_option_names": ["-h", "--help"]})
 @click.argument("what", metavar="MODEL|SCENE.toml", shell_complete=complete_target)
-@click.option(
-    "--tcp", multiple=True, metavar="H:P", help="Raw TCP. Without a host: only this machine. Port 0: any free port."
-)
+@click.option("--tcp", multiple=True, metavar="H:P",
+              help="Raw TCP. Without a host: only this machine. Port 0: any free port.")  # fmt: skip
 @click.option("--pty", multiple=True, metavar="PATH", help="A pseudo terminal, with a link to it at PATH.")
 @click.option("--rfc2217", multiple=True, metavar="H:P", help="TCP with line format, control lines and break.")
 @click.option("--serial", multiple=True, metavar="DEV", help="A real serial device, at the baud rate of --line.")
 @click.option("--bus", multiple=True, metavar="H:P", help="The registers of a board on a bus, for an 1810 or 1811.")
 @click.option("--rs485", multiple=True, metavar="H:P", help="Raw TCP to the second channel of a SmartMotor.")
 @click.option("--port", multiple=True, metavar="URL", help="A port as a URL, e.g. serial:///dev/ttyUSB0?baud=9600.")
-@click.option(
-    "--speed",
-    default="1",
-    show_default=True,
-    metavar="N|max",
-    help="Virtual time per real time; max: as fast as possible.",
-)
-@click.option(
-    "--state", type=click.Path(file_okay=False), metavar="DIR", help="Directory for the data kept without power."
-)
-@click.option(
-    "--line", metavar="FORMAT", help="The host's format if the port has none: '9600 8N2', 'instant', or both."
-)
+@click.option("--speed", default="1", show_default=True, metavar="N|max",
+              help="Virtual time per real time; max: as fast as possible.")  # fmt: skip
+@click.option("--state", type=click.Path(file_okay=False), metavar="DIR",
+              help="Directory for the data kept without power.")  # fmt: skip
+@click.option("--line", metavar="FORMAT",
+              help="The host's format if the port has none: '9600 8N2', 'instant', or both.")  # fmt: skip
 @click.option("--flow", type=click.Choice(["dtr", "none"]), default="dtr", show_default=True,
               help="Flow control of the host's characters, if the port has none.")  # fmt: skip
 @click.option("--reset-on-connect", is_flag=True, help="Cycle the controller's power for each new client.")
@@ -67,45 +59,23 @@ CATCH_UP_S = 0.1
 @click.option("--trace-limit", type=Size(), default=TRACE_LIMIT, show_default=True, metavar="SIZE|none",
               help="Largest size of the trace, e.g. 5GB.")  # fmt: skip
 @click.option("--record", type=click.Path(dir_okay=False), metavar="FILE", help="Record the conversation as FILE.talk.")
-@click.option(
-    "--panel", metavar="[H:]P", help="Serve a panel for browsers at this port. Without a host: only this machine."
-)
+@click.option("--panel", metavar="[H:]P",
+              help="Serve a panel for browsers at this port. Without a host: only this machine.")  # fmt: skip
 @click.option("--wait", is_flag=True, help="Start virtual time when the first browser or host connects.")
-@click.option(
-    "--to",
-    type=Number(min=0),
-    metavar="SECONDS",
-    help="With --panel: run to this virtual time at full speed, and pause.",
-)
+@click.option("--to", type=Number(min=0), metavar="SECONDS",
+              help="With --panel: run to this virtual time at full speed, and pause.")  # fmt: skip
 @click.option("--panel-token", metavar="WORD", help="Token for browsers; generated if other machines can connect.")
 @click.option("--quiet", is_flag=True, help="Do not tell lines that a controller refuses.")
 @click.option("--json", "as_json", is_flag=True, help="Print the ports as one JSON object in one line.")
 @click.option("--show-hosts", is_flag=True, help="Print connection lines for pyserial, PyVISA and EPICS asyn.")
-@click.option(
-    "--option", "options", multiple=True, metavar="NAME=VALUE", help="An option of the model, as in Bench.add."
-)
+@click.option("--option", "options", multiple=True, metavar="NAME=VALUE",
+              help="An option of the model, as in Bench.add.")  # fmt: skip
 def serve(
-    what: str,
-    speed: str,
-    state: str | None,
-    line: str | None,
-    flow: str,
-    reset_on_connect: bool,
-    share: bool,
-    trace: str | None,
-    signals: str | None,
-    trace_limit: int | None,
-    record: str | None,
-    panel: str | None,
-    panel_token: str | None,
-    wait: bool,
-    to: float | None,
-    quiet: bool,
-    show_hosts: bool,
-    as_json: bool,
-    options: tuple[str, ...],
-    **ports: tuple[str, ...],
-) -> int:
+    what: str, speed: str, state: str | None, line: str | None, flow: str, reset_on_connect: bool, share: bool,
+    trace: str | None, signals: str | None, trace_limit: int | None, record: str | None, panel: str | None,
+    panel_token: str | None, wait: bool, to: float | None, quiet: bool, show_hosts: bool, as_json: bool,
+    options: tuple[str, ...], **ports: tuple[str, ...],
+) -> int:  # fmt: skip
     """Connect a virtual controller, or all controllers of a scene, to real ports until the user presses Ctrl-C.
 
     For each port one line is printed, such as `if1 listening on tcp://127.0.0.1:5001`.  Several ports may lead to the
@@ -167,13 +137,9 @@ def serve(
 
 
 def _served(
-    what: str,
-    ports: Mapping[str, tuple[str, ...]],
-    state_and_line: Mapping[str, str | None],
-    options: tuple[str, ...],
-    *,
-    with_panel: bool,
-) -> what_is.Served:
+    what: str, ports: Mapping[str, tuple[str, ...]], state_and_line: Mapping[str, str | None], options: tuple[str, ...],
+    *, with_panel: bool,
+) -> what_is.Served:  # fmt: skip
     given = [parse_as(scheme, text) for scheme in ("tcp", "pty", "rfc2217", "serial", "bus") for text in ports[scheme]]
     given += [parse(text) for text in ports["port"]]
     second = [parse_as("tcp", text) for text in ports["rs485"]]
@@ -282,14 +248,9 @@ Show = Callable[[str | None], None]  # Function that prints the ports; its argum
 
 
 async def _serve(
-    server: Server,
-    wanted: Ports,
-    shown: "Panel | None",
-    show: Show,
-    start: Callable[[], Awaitable[None]],
-    prepare: Callable[[], object],
-    files: _Files,
-) -> int:
+    server: Server, wanted: Ports, shown: "Panel | None", show: Show, start: Callable[[], Awaitable[None]],
+    prepare: Callable[[], object], files: _Files,
+) -> int:  # fmt: skip
     ended = ending()
     server.pacer.on_defect = partial(fail, ended)
     try:

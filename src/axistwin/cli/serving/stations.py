@@ -70,15 +70,10 @@ class Wanted:
         if model is not None:
             product(model)
         return cls(
-            what,
-            model,
-            dict(_unit(text) for text in given["units"]),
+            what, model, dict(_unit(text) for text in given["units"]),
             tuple(name.strip() for name in given["registers"].split(",") if name.strip()),
-            read_options(given["options"]),
-            given["baud"],
-            given["rate"],
-            read_speed(given["speed"]),
-        )
+            read_options(given["options"]), given["baud"], given["rate"], read_speed(given["speed"]),
+        )  # fmt: skip
 
     async def machine(self) -> "Machine":
         # Import the drivers only when needed, because the drivers load slowly.

@@ -43,9 +43,8 @@ Lines = asyncio.Queue[bytes | LinkError | None]
 @click.option("--no-init", is_flag=True, help="Do not initialise a virtual controller.")
 @click.option("--speed", default="1", show_default=True, metavar="N|max", help="Virtual time per real time.")
 @click.option("--line", metavar="FORMAT", help="Line format, e.g. '9600 8N2'; for a virtual controller also 'instant'.")
-@click.option(
-    "--end", type=click.Choice(list(ENDS)), default="cr", show_default=True, help="Characters sent for Enter."
-)
+@click.option("--end", type=click.Choice(list(ENDS)), default="cr", show_default=True,
+              help="Characters sent for Enter.")  # fmt: skip
 @click.option(
     "--tutor/--no-tutor",
     default=None,
@@ -59,20 +58,12 @@ Lines = asyncio.Queue[bytes | LinkError | None]
     help="National keyboard, for an IF1 or IF2: on uk, £ sends the code of #.",
 )
 @click.option("--option", "options", metavar="NAME=VALUE", multiple=True, help="An option of the model or an axis.")
-@click.option(
-    "--state", type=click.Path(file_okay=False, path_type=Path), help="Directory for the data kept without power."
-)
+@click.option("--state", type=click.Path(file_okay=False, path_type=Path),
+              help="Directory for the data kept without power.")  # fmt: skip
 def term(
-    target: str,
-    no_init: bool,
-    speed: str,
-    line: str | None,
-    end: str,
-    tutor: bool | None,
-    keyboard: str,
-    options: tuple[str, ...],
-    state: Path | None,
-) -> int:
+    target: str, no_init: bool, speed: str, line: str | None, end: str, tutor: bool | None, keyboard: str,
+    options: tuple[str, ...], state: Path | None,
+) -> int:  # fmt: skip
     """Open a terminal to a virtual MODEL in this process, or to a controller at a PORT.
 
     PORT is a URL or a device of pyserial.  A typed line is sent on Enter.  Received data are shown at once, with
@@ -191,13 +182,9 @@ async def _port(target: str, line: str | None, end: bytes, keyboard: str) -> int
 
 
 async def _with_person(
-    screen: Screen,
-    commands: LocalCommands,
-    lines: Lines,
-    end: bytes,
-    keyboard: str,
+    screen: Screen, commands: LocalCommands, lines: Lines, end: bytes, keyboard: str,
     virtual: "VirtualEnd | None" = None,
-) -> int:
+) -> int:  # fmt: skip
     if not _edited():
         Thread(target=_read_lines, args=(asyncio.get_running_loop(), lines), daemon=True).start()
         return await _converse(screen, commands, lines, end, keyboard)

@@ -21,44 +21,26 @@ COUNT = click.IntRange(min=1)
 
 @click.command()
 @click.argument("target", metavar="SCENE.toml|SWEEP.toml|RESULT.parquet", type=FILE)
-@click.option(
-    "--vary",
-    metavar="PATH=VALUES",
-    multiple=True,
-    help="A parameter and its values, e.g. table.X.load.torque=0.05..0.4:8.",
-)
-@click.option(
-    "--measure", metavar="NAME:EXPRESSION", multiple=True, help="A measurement, e.g. 'end: final table.X.position'."
-)
-@click.option(
-    "--claim",
-    metavar="NAME:EXPRESSION",
-    multiple=True,
-    help="A claim that every run must meet, e.g. 'safe: never table.X passes 12000'.",
-)
+@click.option("--vary", metavar="PATH=VALUES", multiple=True,
+              help="A parameter and its values, e.g. table.X.load.torque=0.05..0.4:8.")  # fmt: skip
+@click.option("--measure", metavar="NAME:EXPRESSION", multiple=True,
+              help="A measurement, e.g. 'end: final table.X.position'.")  # fmt: skip
+@click.option("--claim", metavar="NAME:EXPRESSION", multiple=True,
+              help="A claim that every run must meet, e.g. 'safe: never table.X passes 12000'.")  # fmt: skip
 @click.option("--out", "-o", type=FILE, help="Results: FILE.parquet.  The same command continues an interrupted sweep.")
 @click.option("--for", "seconds", type=Number(min=0, min_open=True), help="Virtual time of each run.")
-@click.option(
-    "--design", type=click.Choice(list(DESIGNS)), help="Design that chooses the parameter values; grid if left out."
-)
+@click.option("--design", type=click.Choice(list(DESIGNS)),
+              help="Design that chooses the parameter values; grid if left out.")  # fmt: skip
 @click.option("--runs", type=COUNT, help="Number of runs of a random design, or of random draws per grid point.")
 @click.option("--seed", type=click.IntRange(min=0), help="Seed of random values and of a search; 0 if left out.")
 @click.option("--search", type=COUNT, metavar="N", help="Search in N runs for the run that fails the claims most.")
 @click.option("--program", type=FILE, help="A program or conversation that is part of every run.")
 @click.option("--host", metavar="MODULE:FUNCTION", help="A Python host, called with the bench of each run.")
-@click.option(
-    "--workers",
-    type=click.IntRange(min=0),
-    help="Number of processes; 0: run in this process; default: one for each core.",
-)
+@click.option("--workers", type=click.IntRange(min=0),
+              help="Number of processes; 0: run in this process; default: one for each core.")  # fmt: skip
 @click.option("--scheduler", metavar="tcp://HOST:PORT", help="Run on the Dask cluster of this scheduler.")
-@click.option(
-    "--limit",
-    type=Number(min=0, min_open=True),
-    default=LIMIT_S,
-    show_default=True,
-    help="Longest real time of a run, in seconds.",
-)
+@click.option("--limit", type=Number(min=0, min_open=True), default=LIMIT_S, show_default=True,
+              help="Longest real time of a run, in seconds.")  # fmt: skip
 @click.option("--summary", "as_text", is_flag=True, help="Print a summary of the results.")
 @click.option("--json", "as_json", is_flag=True, help="Print the summary as JSON.")
 def sweep(target: Path, out: Path | None, as_text: bool, as_json: bool, **options: Any) -> int:

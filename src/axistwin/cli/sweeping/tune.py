@@ -20,15 +20,13 @@ from axistwin.sweeps.workers import LIMIT_S
 
 @click.command()
 @click.argument("scene", metavar="SCENE.toml", type=FILE)
-@click.option(
-    "--change", metavar="PATH=VALUES", multiple=True, help="A value to choose and its range, e.g. knife.KP=10..400."
-)
+@click.option("--change", metavar="PATH=VALUES", multiple=True,
+              help="A value to choose and its range, e.g. knife.KP=10..400.")  # fmt: skip
 @click.option("--minimise", metavar="EXPRESSION", help="The measure to minimise, e.g. 'energy knife.shaft'.")
 @click.option("--maximise", metavar="EXPRESSION", help="The measure to maximise.")
 @click.option("--subject-to", metavar="NAME:EXPRESSION", multiple=True, help="A claim that must hold in every run.")
-@click.option(
-    "--vary", metavar="PATH=VALUES", multiple=True, help="A value that scatters; of its runs, the worst counts."
-)
+@click.option("--vary", metavar="PATH=VALUES", multiple=True,
+              help="A value that scatters; of its runs, the worst counts.")  # fmt: skip
 @click.option("--trials", type=COUNT, default=100, show_default=True, help="Number of trials of the study.")
 @click.option("--out", "-o", type=FILE, help="The study: FILE.db.  The same command continues an interrupted study.")
 @click.option("--plot", type=FILE, help="Draw the study: FILE.svg or FILE.png.")

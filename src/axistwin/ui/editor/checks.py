@@ -96,9 +96,6 @@ def _action(text: Text, fix: Fix, diagnostic: lsp.Diagnostic) -> lsp.CodeAction:
     edits = [lsp.TextEdit(text.span(edit[:2], edit[2:4]), edit.text) for edit in fix.edits]
     change = lsp.WorkspaceEdit(changes={text.document.uri: edits})
     return lsp.CodeAction(
-        fix.title[:1].upper() + fix.title[1:],
-        lsp.CodeActionKind.QuickFix,
-        diagnostics=[diagnostic],
-        is_preferred=fix.sure,
-        edit=change,
-    )
+        fix.title[:1].upper() + fix.title[1:], lsp.CodeActionKind.QuickFix, diagnostics=[diagnostic],
+        is_preferred=fix.sure, edit=change,
+    )  # fmt: skip

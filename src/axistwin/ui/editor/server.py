@@ -26,20 +26,14 @@ EXAMPLES = {
 }  # fmt: skip
 """Texts of each kind that end at a completion."""
 ITEMS = {
-    "command": lsp.CompletionItemKind.Keyword,
-    "value": lsp.CompletionItemKind.Value,
-    "variable": lsp.CompletionItemKind.Variable,
-    "label": lsp.CompletionItemKind.Reference,
-    "key": lsp.CompletionItemKind.Property,
-    "pin": lsp.CompletionItemKind.Field,
-}
+    "command": lsp.CompletionItemKind.Keyword, "value": lsp.CompletionItemKind.Value,
+    "variable": lsp.CompletionItemKind.Variable, "label": lsp.CompletionItemKind.Reference,
+    "key": lsp.CompletionItemKind.Property, "pin": lsp.CompletionItemKind.Field,
+}  # fmt: skip
 SYMBOLS = {
-    "label": lsp.SymbolKind.Function,
-    "sequence": lsp.SymbolKind.Array,
-    "step": lsp.SymbolKind.Event,
-    "move": lsp.SymbolKind.Constant,
-    "table": lsp.SymbolKind.Object,
-}
+    "label": lsp.SymbolKind.Function, "sequence": lsp.SymbolKind.Array, "step": lsp.SymbolKind.Event,
+    "move": lsp.SymbolKind.Constant, "table": lsp.SymbolKind.Object,
+}  # fmt: skip
 
 
 class Server(LanguageServer):
@@ -157,13 +151,9 @@ def _item(item: Item, number: int) -> lsp.CompletionItem:
     """Return a completion; completions are sorted in the order of the manual."""
     documentation = lsp.MarkupContent(lsp.MarkupKind.Markdown, item.text) if item.text else None
     return lsp.CompletionItem(
-        item.label,
-        kind=ITEMS[item.kind],
-        detail=item.detail or None,
-        documentation=documentation,
-        insert_text=item.insert or None,
-        sort_text=f"{number:04}",
-    )
+        item.label, kind=ITEMS[item.kind], detail=item.detail or None, documentation=documentation,
+        insert_text=item.insert or None, sort_text=f"{number:04}",
+    )  # fmt: skip
 
 
 def symbols(server: Server, params: lsp.DocumentSymbolParams) -> list[lsp.DocumentSymbol]:
@@ -209,13 +199,9 @@ def _location(text: Text, line: int, column: int, length: int) -> lsp.Location:
 
 
 FEATURES: dict[str, Callable[..., object]] = {
-    lsp.TEXT_DOCUMENT_DID_OPEN: did_open,
-    lsp.TEXT_DOCUMENT_DID_CHANGE: did_change,
-    lsp.TEXT_DOCUMENT_DID_CLOSE: did_close,
-    lsp.SHUTDOWN: shutdown,
-    lsp.TEXT_DOCUMENT_HOVER: hover,
-    lsp.TEXT_DOCUMENT_DOCUMENT_SYMBOL: symbols,
-    lsp.TEXT_DOCUMENT_DEFINITION: definition,
+    lsp.TEXT_DOCUMENT_DID_OPEN: did_open, lsp.TEXT_DOCUMENT_DID_CHANGE: did_change,
+    lsp.TEXT_DOCUMENT_DID_CLOSE: did_close, lsp.SHUTDOWN: shutdown, lsp.TEXT_DOCUMENT_HOVER: hover,
+    lsp.TEXT_DOCUMENT_DOCUMENT_SYMBOL: symbols, lsp.TEXT_DOCUMENT_DEFINITION: definition,
     lsp.TEXT_DOCUMENT_REFERENCES: references,
-}
+}  # fmt: skip
 """Handlers of protocol features that have no options."""

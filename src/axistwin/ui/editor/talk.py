@@ -19,13 +19,9 @@ _LINE = re.compile(r"(?P<before>\s*(?:(?P<name>[\w.-]+):\s+)?(?P<mark>[;+><!=])\
 _ESCAPE = re.compile(r"\\(?:x[0-9A-Fa-f]{2}|.?)")
 _END = re.compile(r"\\[rn]|\\x0[aAdD]")
 MARKS = {
-    ">": "the host transmits",
-    "<": "the controller transmits",
-    "+": "time passes, in seconds",
-    "!": "an action at the machine",
-    "=": "an assertion",
-    ";": "a comment",
-}
+    ">": "the host transmits", "<": "the controller transmits", "+": "time passes, in seconds",
+    "!": "an action at the machine", "=": "an assertion", ";": "a comment",
+}  # fmt: skip
 
 
 class Conversations:

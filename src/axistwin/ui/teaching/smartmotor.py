@@ -25,12 +25,9 @@ class SmartMotorGuide(Guide):
 
     accepted = (b"WAKE",)
     suggestions = (
-        ("A=100 V=100000 MP", "acceleration, velocity, mode position"),
-        ("P=4000 G", "go to position 4000"),
-        ("RP", "report the position"),
-        ("RW", "report the status word"),
-        ("OFF", "servo off"),
-    )
+        ("A=100 V=100000 MP", "acceleration, velocity, mode position"), ("P=4000 G", "go to position 4000"),
+        ("RP", "report the position"), ("RW", "report the status word"), ("OFF", "servo off"),
+    )  # fmt: skip
 
     @property
     def ready(self) -> bool:

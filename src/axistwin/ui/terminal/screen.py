@@ -33,14 +33,9 @@ class Screen:
     """
 
     def __init__(
-        self,
-        out: TextIO,
-        *,
-        person: bool,
-        colours: bool,
-        editor: bool = False,
+        self, out: TextIO, *, person: bool, colours: bool, editor: bool = False,
         glyphs: Callable[[str], str] = lambda text: text,
-    ) -> None:
+    ) -> None:  # fmt: skip
         self.out, self.person, self.colours, self._glyphs = out, person, colours, glyphs
         self._editor = editor
         self._line = Line.EMPTY

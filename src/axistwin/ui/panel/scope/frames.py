@@ -54,15 +54,8 @@ def _signal(screen: Screen, name: str, from_ns: int, to_ns: int) -> dict[str, An
     title, folded = screen.titles.get(name) or name, screen.lanes and name in screen.folded
     if track is None:
         return {
-            "name": name,
-            "title": title,
-            "folded": folded,
-            "data": "",
-            "range": "",
-            "low": "",
-            "high": "",
-            "words": [],
-        }
+            "name": name, "title": title, "folded": folded, "data": "", "range": "", "low": "", "high": "", "words": [],
+        }  # fmt: skip
     seen = line(track, from_ns, to_ns, screen.pixels, screen.record.now_ns)
     low, high = span(track, seen)
     meaning = screen.recorder.meanings.get(name, PLAIN)
@@ -70,15 +63,11 @@ def _signal(screen: Screen, name: str, from_ns: int, to_ns: int) -> dict[str, An
     few = max(screen.pixels // WORD_PIXELS, 1)
     words = marks(track, from_ns, to_ns, few) if isinstance(track, Words) else []
     return {
-        "name": name,
-        "title": title,
-        "folded": folded,
-        "data": packed(seen, (from_ns, to_ns), (low, high)),
-        "low": f"{low:.9g}" if numbers else "",
-        "high": f"{high:.9g}" if numbers else "",
+        "name": name, "title": title, "folded": folded, "data": packed(seen, (from_ns, to_ns), (low, high)),
+        "low": f"{low:.9g}" if numbers else "", "high": f"{high:.9g}" if numbers else "",
         "range": _range(meaning, low, high) if numbers else "",
         "words": [((time_ns - from_ns) / (to_ns - from_ns), _decoded(meaning, text)) for time_ns, text in words],
-    }
+    }  # fmt: skip
 
 
 def _range(meaning: Meaning, low: float, high: float) -> str:

@@ -42,13 +42,9 @@ class Piece:
 
 
 def saved(
-    record: Record,
-    signals: Mapping[str, Signal],
-    from_ns: int,
-    to_ns: int,
-    suffix: str,
+    record: Record, signals: Mapping[str, Signal], from_ns: int, to_ns: int, suffix: str,
     cursors: Mapping[str, int] | None = None,
-) -> bytes:
+) -> bytes:  # fmt: skip
     """Return the recorded signals as the contents of a trace file or a picture file.
 
     `suffix` selects the format.  A picture shows the cursors and the time between the cursors.  Raises UsageError,

@@ -72,14 +72,9 @@ def summed(rows: Rows, shift: int) -> Rows:
         area[:-1] += rows.area[:-1]
     area[ends] = rows.area[ends]
     return Rows(
-        rows.begin[starts],
-        rows.end[ends],
-        rows.first[starts],
-        np.fmin.reduceat(rows.low, starts),
-        np.fmax.reduceat(rows.high, starts),
-        rows.last[ends],
-        np.add.reduceat(area, starts),
-    )
+        rows.begin[starts], rows.end[ends], rows.first[starts], np.fmin.reduceat(rows.low, starts),
+        np.fmax.reduceat(rows.high, starts), rows.last[ends], np.add.reduceat(area, starts),
+    )  # fmt: skip
 
 
 NOTHING = changes(np.empty(0, np.int64), np.empty(0))

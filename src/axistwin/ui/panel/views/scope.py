@@ -203,24 +203,15 @@ HELP = (
     "to an edge, p and n show the previous and the next activity."
 )
 KEYS: dict[str, Callable[[Screen], object]] = {
-    "+": lambda screen: screen.zoom(0.5),
-    "=": lambda screen: screen.zoom(0.5),
-    "-": lambda screen: screen.zoom(2.0),
-    "a": lambda screen: controls.activate(screen, "a"),
-    "b": lambda screen: controls.activate(screen, "b"),
-    "A": lambda screen: controls.activate(screen, "a"),
-    "B": lambda screen: controls.activate(screen, "b"),
-    ",": lambda screen: screen.jump_cursor(False),
-    ".": lambda screen: screen.jump_cursor(True),
-    "<": lambda screen: screen.jump_cursor(False),
-    ">": lambda screen: screen.jump_cursor(True),
-    " ": lambda screen: screen.pause() if screen.frozen is None else screen.live(),
-    "Home": lambda screen: screen.fit(),
-    "Escape": lambda screen: controls.clear_cursors(screen),
-    "p": lambda screen: screen.jump(False),
-    "n": lambda screen: screen.jump(True),
-    "l": lambda screen: setattr(screen, "lanes", not screen.lanes),
-}
+    "+": lambda screen: screen.zoom(0.5), "=": lambda screen: screen.zoom(0.5), "-": lambda screen: screen.zoom(2.0),
+    "a": lambda screen: controls.activate(screen, "a"), "b": lambda screen: controls.activate(screen, "b"),
+    "A": lambda screen: controls.activate(screen, "a"), "B": lambda screen: controls.activate(screen, "b"),
+    ",": lambda screen: screen.jump_cursor(False), ".": lambda screen: screen.jump_cursor(True),
+    "<": lambda screen: screen.jump_cursor(False), ">": lambda screen: screen.jump_cursor(True),
+    " ": lambda screen: screen.pause() if screen.frozen is None else screen.live(), "Home": lambda screen: screen.fit(),
+    "Escape": lambda screen: controls.clear_cursors(screen), "p": lambda screen: screen.jump(False),
+    "n": lambda screen: screen.jump(True), "l": lambda screen: setattr(screen, "lanes", not screen.lanes),
+}  # fmt: skip
 SUFFIXES = (*TRACES, *PICTURES)
 
 
