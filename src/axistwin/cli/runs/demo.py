@@ -69,7 +69,6 @@ def demo(plot: Path) -> None:
 
 
 def three_motors(if1: "_Session") -> None:
-    """Initialise an IF1, and move three motors.  The demo uses most commands of the IF1."""
     _chapter("An IF1 is switched on, and detects the baud rate of its host")
     if1.wait(1.5)
     if1.say("(", "its first bits tell the baud rate", end="")

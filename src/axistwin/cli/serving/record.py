@@ -99,11 +99,9 @@ def _format(model: str | None, line: str | None) -> UartFormat:
 def _headers(device: str, model: str | None, line: UartFormat, on_for: float) -> dict[str, str]:
     now = f"{datetime.now(UTC):%Y-%m-%dT%H:%M:%SZ}"
     return {
-        "model": model or "",
-        "line": str(line),
-        "on-for": f"{on_for:g}",
+        "model": model or "", "line": str(line), "on-for": f"{on_for:g}",
         "recorded": f"{now} from {device} by axistwin {VERSION}",
-    }
+    }  # fmt: skip
 
 
 def _record_lines(relay: Relay, name: str, recorder: Recorder) -> None:

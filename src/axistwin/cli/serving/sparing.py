@@ -8,7 +8,6 @@ OURS = "axistwin"
 
 
 def log_to_stderr(level: int) -> None:
-    """Print log messages of at least this level to stderr, e.g. about clients of the ports."""
     logging.basicConfig(format="axistwin: %(message)s", level=level)
     for handler in logging.getLogger().handlers:
         handler.addFilter(Sparing())

@@ -32,11 +32,9 @@ class Slide:
         self._controller = controller
         self._in_series = sum(axis.limits is not None for axis in controller.axes.values()) > 1
         self.drawing = Drawing(
-            f"axis {controller.name}.{name}",
-            "slide",
-            self._art(controller, axis),
+            f"axis {controller.name}.{name}", "slide", self._art(controller, axis),
             lambda pin: press(pin, action(self._controller.pins[pin])),
-        )
+        )  # fmt: skip
 
     def show(self, controller: Controller, *, smooth: bool) -> None:
         axis, drawing = controller.axes[self.name], self.drawing

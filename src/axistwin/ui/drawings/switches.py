@@ -30,7 +30,6 @@ class Switches:
         self._pins = controller.pins
 
     def show(self, controller: Controller) -> None:
-        """Show the states of the switches and lamps, and the signal levels (high or low) at their terminals."""
         drawing, self._pins = self.drawing, controller.pins
         for name in self.inputs:
             show_switch(drawing, f"switch-{name}", self._pin(name))

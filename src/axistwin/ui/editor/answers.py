@@ -66,7 +66,6 @@ def explain(command: Command, marked: Field | None = None) -> str:
 
 
 def item(command: Command, label: str, insert: str = "") -> Item:
-    """Return an entry of the editor's completion list: a command and its description."""
     return Item(label, "command", f"{command.name} · {show_controls(command.syntax)}", explain(command), insert)
 
 

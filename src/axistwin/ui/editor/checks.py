@@ -85,11 +85,9 @@ def _too_long(text: Text) -> lsp.Diagnostic:
 def _diagnostic(text: Text, found: Diagnostic) -> lsp.Diagnostic:
     return lsp.Diagnostic(
         text.span((found.line, found.column), found.end),
-        found.message + (f" (manual: {found.chapter})" if found.chapter else ""),
-        SEVERITIES[found.severity],
-        code=found.code,
-        source="axistwin",
-    )
+        found.message + (f" (manual: {found.chapter})" if found.chapter else ""), SEVERITIES[found.severity],
+        code=found.code, source="axistwin",
+    )  # fmt: skip
 
 
 def _action(text: Text, fix: Fix, diagnostic: lsp.Diagnostic) -> lsp.CodeAction:

@@ -17,11 +17,9 @@ from axistwin.links.web_gate import is_loopback, refusal
 
 PERSON = "axistwin-person"  # Name of the cookie that identifies a user.
 HEADERS = {
-    "X-Frame-Options": "DENY",
-    "X-Content-Type-Options": "nosniff",
-    "Referrer-Policy": "no-referrer",
+    "X-Frame-Options": "DENY", "X-Content-Type-Options": "nosniff", "Referrer-Policy": "no-referrer",
     "Content-Security-Policy": "frame-ancestors 'none'",
-}
+}  # fmt: skip
 """Headers of every answer; with them, other web sites cannot embed the page or receive its URL as a referrer."""
 COOKIE_MAX_AGE_S = 30 * 24 * 3600
 
@@ -34,7 +32,6 @@ class Gate:
         self._token = token
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
-        """Pass a permitted request to the application, and refuse any other request."""
         if scope["type"] not in ("http", "websocket"):
             await self.app(scope, receive, send)
             return

@@ -49,14 +49,11 @@ class Playground:
     # Open
 
     def choices(self) -> dict[str, Any]:
-        """Return the models and examples to open, the version, and the largest size of a scene's files."""
         found = [one for one in examples().values() if one.scene and one.command == "axistwin run"]
         return {
-            "version": VERSION,
-            "models": list(FAMILIES),
-            "examples": [{"name": one.name, "title": one.title} for one in found],
-            "largest": LONGEST_CONTENTS,
-        }
+            "version": VERSION, "models": list(FAMILIES),
+            "examples": [{"name": one.name, "title": one.title} for one in found], "largest": LONGEST_CONTENTS,
+        }  # fmt: skip
 
     def open_model(self, model: str) -> dict[str, Any]:
         return self.open_files({SCENE: f'[[controller]]\nmodel = "{model}"\nname = "{model}"\n'})
@@ -151,12 +148,10 @@ class Playground:
         bench, scene = self._now.bench, self._scene
         assert scene is not None, "a scene is open"
         return {
-            "title": scene.title or ", ".join(bench.controllers),
-            "target_ns": 0,
-            "note": "",
+            "title": scene.title or ", ".join(bench.controllers), "target_ns": 0, "note": "",
             "controllers": [self._parts(name, controller) for name, controller in bench.controllers.items()],
             "files": {SCENE: scene.text, **scene.programs},
-        }
+        }  # fmt: skip
 
     def _parts(self, name: str, controller: Controller) -> dict[str, Any]:
         family = FAMILIES[controller.product.model]
@@ -211,11 +206,9 @@ class Playground:
         return {
             "now_ns": bench.now,
             "controllers": {name: self._values(controller) for name, controller in bench.controllers.items()},
-            "drawings": self._pictures.changes(),
-            "messages": messages,
-            "curves": self._curves.window(from_ns, points),
+            "drawings": self._pictures.changes(), "messages": messages, "curves": self._curves.window(from_ns, points),
             "interval_ns": self._curves.interval_ns,
-        }
+        }  # fmt: skip
 
     def _values(self, controller: Controller) -> dict[str, Any]:
         lamps = (item for group in controller.product.front for item in group.items if isinstance(item, Lamp))

@@ -145,7 +145,6 @@ def _whole(text: str) -> int | None:
 
 
 def described(command: Command) -> str:
-    """Describe a command in one line with code, name, notation, parameters and chapter of the manual."""
     code = f"{command.code:02X}" if isinstance(command.code, int) else show_controls(command.code)
     syntax = show_controls(command.syntax)
     notation = f"   {syntax}" if syntax != code else ""

@@ -32,7 +32,6 @@ def value_at(track: Track, time_ns: int) -> float:
 
 
 def between(track: Track, a_ns: int, b_ns: int) -> Reading:
-    """Return a signal's values at two times, and its minimum, maximum and mean between the two times."""
     from_ns, to_ns = sorted((a_ns, b_ns))
     rows = track.rows(from_ns, to_ns + 1)
     begun = int(np.searchsorted(rows.begin, to_ns, "right"))

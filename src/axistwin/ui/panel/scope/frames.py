@@ -24,14 +24,12 @@ def frame(screen: Screen) -> dict[str, Any]:
     from_ns, to_ns = screen.edges
     base_ns, unit_ns, unit = _axis(from_ns, to_ns)
     return {
-        "from": (from_ns - base_ns) / unit_ns,
-        "to": (to_ns - base_ns) / unit_ns,
-        "axis": f"{unit} after {base_ns / S:.9g} s" if base_ns else unit,
-        "lanes": screen.lanes,
+        "from": (from_ns - base_ns) / unit_ns, "to": (to_ns - base_ns) / unit_ns,
+        "axis": f"{unit} after {base_ns / S:.9g} s" if base_ns else unit, "lanes": screen.lanes,
         "signals": [_signal(screen, name, from_ns, to_ns) for name in screen.names],
         "cursors": [_place(time_ns, from_ns, to_ns) for time_ns in (screen.cursors.a_ns, screen.cursors.b_ns)],
         "trigger": _place(screen.hit_ns if screen.trigger.mode != OFF else None, from_ns, to_ns),
-    }
+    }  # fmt: skip
 
 
 def _axis(from_ns: int, to_ns: int) -> tuple[int, int, str]:

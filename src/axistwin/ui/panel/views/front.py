@@ -16,7 +16,6 @@ SELDOM = 5  # Number of frames between two updates of the list of registers.
 
 
 def front(context: Context, name: str) -> Refresh:
-    """Build the lamps, texts and readings of a front panel, their explanations, and the list of all registers."""
     controller = context.bench[name]
     groups = controller.product.front or generic(controller)
     with ui.element("section").classes("front") as section:

@@ -47,11 +47,9 @@ def _tool(context: Context, controller: Controller) -> Callable[[], str]:
     options = {NO_TOOL: "no tool", **{name: name for name in outputs}}
     wanted, first = context.person.settings.get(key), outputs[0] if outputs else NO_TOOL
     choice = ui.select(
-        options,
-        label="tool",
-        value=wanted if wanted in options else first,
+        options, label="tool", value=wanted if wanted in options else first,
         on_change=lambda event: context.person.settings.update({key: event.value}),
-    )
+    )  # fmt: skip
     choice.props("dense options-dense outlined").classes("tool-choice").mark(key)
     return lambda: str(choice.value)
 
