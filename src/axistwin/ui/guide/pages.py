@@ -115,11 +115,8 @@ def _write(path: Path, page: str, contents: str) -> None:
 def _link_pages(tokens: list[Token]) -> None:
     for place, token in enumerate(tokens):
         if token.type == "heading_open":
-            token.attrSet("id", _slug(tokens[place + 1].content))
+            heading = tokens[place + 1].content.lower()
+            token.attrSet("id", re.sub(r"[^\w\- ]", "", heading).strip().replace(" ", "-"))
         for child in token.children or ():
             if child.type == "link_open" and (found := _link.match(str(child.attrGet("href")))):
                 child.attrSet("href", f"{found['path']}.html{found['anchor'] or ''}")
-
-
-def _slug(heading: str) -> str:
-    return re.sub(r"[^\w\- ]", "", heading.lower()).strip().replace(" ", "-")

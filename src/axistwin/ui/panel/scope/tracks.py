@@ -122,7 +122,7 @@ class Track:
             part = _part(times, from_ns, to_ns)
             return changes(times[part], values[part])
         parts = [*reversed(self._older), changes(times, values)]
-        return joined([_slice(part, from_ns, to_ns) for part in parts if len(part.begin)] or [NOTHING])
+        return joined([part.cut(_part(part.begin, from_ns, to_ns)) for part in parts if len(part.begin)] or [NOTHING])
 
     def frozen(self) -> Self:
         copy = type(self).__new__(type(self))
@@ -177,10 +177,6 @@ class Track:
             self._shifts[level] += 1
             rows = summed(rows, self._shifts[level])
         return rows
-
-
-def _slice(rows: Rows, from_ns: int, to_ns: int) -> Rows:
-    return rows.cut(_part(rows.begin, from_ns, to_ns))
 
 
 def _part(times: Times, from_ns: int, to_ns: int) -> slice:
