@@ -175,8 +175,7 @@ def test_an_option_of_a_scene_is_told_its_controller() -> None:
 def test_a_scene_without_ports_is_told_one_that_it_may_have(model: str, program: str) -> None:
     Path("moves.181x").write_text("null\n")
     Path("hosted.toml").write_text(f'[[controller]]\nmodel = "{model}"\nhost = "{program}"\n')
-    message = run("serve", "hosted.toml").err.strip()
-    key = message.rpartition(f"e.g. to {model}: ")[2]
+    key = run("serve", "hosted.toml").err.strip().rpartition(f"e.g. to {model}: ")[2]
     assert key.startswith("ports = ")
     with Path("hosted.toml").open("a") as file:
         file.write(key)

@@ -159,8 +159,7 @@ def test_whatever_stands_in_the_note_of_who_holds_it_it_is_one_short_line(other,
 
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="needs fork")
 def test_the_child_of_a_fork_is_a_process_of_its_own(tmp_path):
-    bench = Bench()
-    bench.add("if2", state=tmp_path)
+    Bench().add("if2", state=tmp_path)
     child = os.fork()
     if child == 0:
         try:
@@ -375,8 +374,7 @@ def test_a_real_limit_on_the_size_of_files(tmp_path):
     assert ended.stdout.splitlines() == ["[b'', b'']", r"[b'8\r', b'8\r']", r"[b'0\r', b'0\r']"]
     assert ended.stderr.count("file too large") == 2 and ended.stderr.count("1 of 2 writes failed") == 2
     for name in "ab":
-        image = json.loads((tmp_path / name / f"{name}.json").read_text())
-        assert image["eeprom"] == "00000007"
+        assert json.loads((tmp_path / name / f"{name}.json").read_text())["eeprom"] == "00000007"
         assert {path.name for path in (tmp_path / name).iterdir()} == {LOCK, HOLDER, f"{name}.json"}
 
 

@@ -159,8 +159,7 @@ def test_nothing_half_made_is_left_on_the_bench():
 
 
 def test_the_host_states_its_own_format_and_lines():
-    bench = Bench()
-    host = bench.add("if1", line="1200 7E1").serial.host
+    host = Bench().add("if1", line="1200 7E1").serial.host
     assert (host.baudrate, host.bytesize, host.parity, host.stopbits) == (1200, 7, "E", 1)
     assert (host.dtr, host.rts) == (True, True)
     host.baudrate, host.dtr = 2400, False

@@ -43,14 +43,12 @@ def test_version(capsys):
 @pytest.mark.parametrize("flag", ["-h", "--help"])
 def test_help_names_all_commands(capsys, flag):
     assert main(flag) == 0
-    out = capsys.readouterr().out
-    assert re.findall(r"^  (\w[\w-]*)  ", out, re.MULTILINE) == list(COMMANDS)
+    assert re.findall(r"^  (\w[\w-]*)  ", capsys.readouterr().out, re.MULTILINE) == list(COMMANDS)
 
 
 def test_help_begins_with_where_to_begin(capsys):
     assert main("--help") == 0
-    first = capsys.readouterr().out.split("Options:")[0]
-    named = re.findall(r"^  axistwin (\w+)", first, re.MULTILINE)
+    named = re.findall(r"^  axistwin (\w+)", capsys.readouterr().out.split("Options:")[0], re.MULTILINE)
     assert named == ["demo", "learn", "examples", "docs", "run", "serve"]
 
 

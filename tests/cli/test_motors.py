@@ -128,8 +128,7 @@ def test_a_conversation_with_the_second_channel():
     bench, _ = motor_on_a_bench()
     talk = "; model: smartmotor\n> OCHN(RS4,1,N,9600,1,8,C)\\r\n+0.1\nsmartmotor.rs485: > RSP\\r\n"
     assert play(parse(f"{talk}smartmotor.rs485: < 24576/476\\r\n<\n"), bench) is None
-    difference = play(parse(f"{talk}smartmotor.rs485: < 24576/477\\r\n"), bench)
-    assert difference.got == r"24576/476\r"
+    assert play(parse(f"{talk}smartmotor.rs485: < 24576/477\\r\n"), bench).got == r"24576/476\r"
 
 
 def test_a_conversation_with_a_chain():
@@ -394,8 +393,7 @@ def test_moves_are_parted_by_rests():
 
 
 def test_trembling_about_the_place_is_no_move():
-    record = record_of((1, [1, 0, -1, 0, 1] * 100, [0] * 500))
-    assert record.moves_until(10**12) == []
+    assert record_of((1, [1, 0, -1, 0, 1] * 100, [0] * 500)).moves_until(10**12) == []
 
 
 def test_a_shaft_that_is_turned_by_hand_moves():

@@ -128,8 +128,7 @@ def test_a_long_curve_is_thinned_but_keeps_its_extremes():
 
 
 def test_many_moves_make_no_large_picture(tmp_path):
-    trace = session(":X10@400:X-:S1:R1:=0,1:$\r", *[""] * 150)
-    draw(trace, tmp_path / "a.svg")
+    draw(session(":X10@400:X-:S1:R1:=0,1:$\r", *[""] * 150), tmp_path / "a.svg")
     assert (tmp_path / "a.svg").stat().st_size < 5_000_000
 
 

@@ -92,8 +92,7 @@ def test_an_installation_that_cannot_be_loaded_is_a_warning(slow, monkeypatch, c
     def fail(speed, number):
         raise UsageError("numba cannot be loaded")
 
-    product = slow(cached=True)
-    monkeypatch.setattr(product, "prepare", fail)
+    monkeypatch.setattr(slow(cached=True), "prepare", fail)
     with module.preparing(BENCH, None) as ended:
         assert ended.wait(PATIENCE_S)
     assert caplog.messages == ["a note", "numba cannot be loaded"]

@@ -254,8 +254,7 @@ def test_a_run_that_ends_too_early(axistwin):
 
 def test_the_check_that_a_run_names_finds_the_refused_line(axistwin, capsys):
     Path("a.if1").write_text("X100$\nx\n")
-    named = axistwin("if1", "a.if1")[2].partition("refused: axistwin ")[2].split()
-    assert execute(named) == 1
+    assert execute(axistwin("if1", "a.if1")[2].partition("refused: axistwin ")[2].split()) == 1
     assert capsys.readouterr().out.startswith("a.if1:2:1: error: unknown character 'x'")
 
 

@@ -99,8 +99,7 @@ def test_a_session_is_traced_and_recorded_and_can_be_played_again(tmp_path):
     files = ("--record", talk_file, "--trace", tmp_path / "a.csv")
     with serving(*arguments, *files) as (program, [(_, url)]):
         # at 400 steps/s without a ramp, the switch opens on pulse 101 and stops the motor at this pulse
-        said = talk(url, b"(", b"U61\rE\r", b"X200$\rE\r", b"N\r")
-        assert said == [b"U\r", b"C\r", b"E\r", b"101\r"]
+        assert talk(url, b"(", b"U61\rE\r", b"X200$\rE\r", b"N\r") == [b"U\r", b"C\r", b"E\r", b"101\r"]
         assert ended(program) == (0, "")
     played = run("run", "if1", talk_file)
     assert (played.code, played.err) == (0, "") and "X        0  101     101 " in played.out

@@ -92,8 +92,7 @@ def strings(side: int):
 @pytest.mark.parametrize(("code", "text"), list(strings(0)))
 def test_the_ends_of_the_ranges_are_valid(code, text):
     """Command definitions: "01 -> 32, move number", "01 -> 0F", "00 -> FF" and so on: both ends are valid."""
-    values = table(code).decode(bytes.fromhex(text))
-    assert values is not None
+    assert table(code).decode(bytes.fromhex(text)) is not None
 
 
 @pytest.mark.parametrize(("code", "text"), list(strings(1)))

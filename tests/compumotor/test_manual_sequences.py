@@ -126,8 +126,7 @@ def test_wait_for_a_level_of_a_trigger(bench, board, trigger, high):
 
 def test_all_sequences_share_one_memory(bench, board):
     """G.2: "up to fifteen sequence buffers", "about 600 decimal bytes long"; deleting one by DAh makes room."""
-    free = int.from_bytes(ask(bench, board, 0xE2)[1:5], "big")
-    assert free == 600
+    assert int.from_bytes(ask(bench, board, 0xE2)[1:5], "big") == 600
     for number in range(1, 16):
         sequence(bench, board, number, *[(0x08, 1)] * 21)
     assert int.from_bytes(ask(bench, board, 0xE2)[1:5], "big") == 0

@@ -120,8 +120,7 @@ def test_the_units_in_which_a_command_is_given(opcode, units):
     """C8h: velocity "units", distance in pulses; B1h: pulses of one revolution; B2h: motor steps; D6h: pulses per
     second; E0h: V / 65,536 of the effective clock; 51h: alarm in bytes, update rate in milliseconds.
     """
-    command = product("1811").commands.get(opcode)
-    assert [field.unit for field in command.parameters if field.unit] == units
+    assert [field.unit for field in product("1811").commands.get(opcode).parameters if field.unit] == units
 
 
 @pytest.mark.parametrize(("code", "good", "bad"), [

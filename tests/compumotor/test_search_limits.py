@@ -103,5 +103,4 @@ def test_the_final_approach_is_at_its_percentage_of_the_default_velocity(bench, 
     send_all(bench, board, (0x38, 1, 1, percent, 0), (0x39, 0))
     over(bench, board)
     times = board.axes["motor"].pulse_times()
-    interval = int(times[-1] - times[-2])
-    assert interval == pytest.approx(1_000_000_000 / (50 * percent), rel=0.005)
+    assert int(times[-1] - times[-2]) == pytest.approx(1_000_000_000 / (50 * percent), rel=0.005)

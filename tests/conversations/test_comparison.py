@@ -61,8 +61,7 @@ def test_an_answer_that_does_not_come():
 
 
 def test_words_before_the_answer_that_nobody_expected():
-    comparison = compared(READY + "> E\\r\n> N\\r\n< 0\\r\n> K\\r\n< 0\\r\n")
-    assert told(comparison) == [(r"0\r", r"C\r0\r")]
+    assert told(compared(READY + "> E\\r\n> N\\r\n< 0\\r\n> K\\r\n< 0\\r\n")) == [(r"0\r", r"C\r0\r")]
 
 
 def test_words_that_come_at_the_end():
@@ -79,8 +78,7 @@ def test_the_twin_has_as_long_as_the_hardware_and_some_patience(hardware_s, same
 
 def test_control_lines_are_compared():
     text = "! power off\n= dtr low\n= clock 0.05\n"
-    same = compared("+1.5\n" + text)
-    assert [(act.expected, act.same) for act in same.acts] == [("dtr low", True)]
+    assert [(act.expected, act.same) for act in compared("+1.5\n" + text).acts] == [("dtr low", True)]
     assert told(compared("+1.5\n= dtr low\n")) == [("dtr low", "")]
 
 
@@ -168,8 +166,7 @@ def test_a_pulse_that_the_recording_has_missed_is_no_change_that_it_has_seen():
     text = READY + "> E\\r\n< C\\r\n= clock 2.71\n+0.1\n> N\\r\n+0.002\n= rts high\n< 0\\r\n= clock 2.83\n= rts low\n"
     comparison = compared(text)
     assert comparison.different == ()
-    up = next(act for act in comparison.acts if act.expected == "rts high")
-    assert up.twin_ns > 0
+    assert next(act for act in comparison.acts if act.expected == "rts high").twin_ns > 0
 
 
 @pytest.mark.parametrize("time", ["soon", "nan", "inf"])

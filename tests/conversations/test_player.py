@@ -43,8 +43,7 @@ def test_another_answer_is_shown_whole_with_a_caret(bench, if1):
 
 def test_no_answer_is_a_difference_after_some_patience(bench, if1):
     began = bench.seconds
-    shown = said(bench, "; patience: 3\n> X\\r\n< C\\r\n")
-    assert "the reply is incomplete after 3 s" in shown
+    assert "the reply is incomplete after 3 s" in said(bench, "; patience: 3\n> X\\r\n< C\\r\n")
     assert bench.seconds == began + 3
 
 

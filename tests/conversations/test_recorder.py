@@ -146,8 +146,7 @@ def of_a_machine(made, *doings):
             bench.run(0.5)
             doing(controller)
         bench.run(0.5)
-    text = write(recorder.conversation().acts)
-    assert play(parse(text), again) is None and again.now == bench.now
+    assert play(parse(write(recorder.conversation().acts)), again) is None and again.now == bench.now
     return [f"{act.target} {act.value}" for act in recorder.conversation().acts if isinstance(act, Do)], bench, again
 
 
@@ -299,8 +298,7 @@ def test_what_a_host_sets_up_is_recorded_at_its_time(settle, written):
         bench.run(0.1)
         said = motor.serial.read()
     assert f"\n! {written}\n" in write(recorder.acts, recorder.codec)
-    again = _again(recorder, {"motor": "smartmotor"})
-    assert again["motor"].serial.read() == said
+    assert _again(recorder, {"motor": "smartmotor"})["motor"].serial.read() == said
 
 
 def test_what_a_scene_s_host_sets_up_is_not_recorded():

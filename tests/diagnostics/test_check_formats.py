@@ -44,8 +44,7 @@ def test_files_of_all_kinds_at_once_without_a_model(check):
 
 
 def test_a_model_is_for_all_programs(check):
-    result = check("1810", "moves.181x", "bench.toml", "--json")
-    found = json.loads(result.stdout)
+    found = json.loads(check("1810", "moves.181x", "bench.toml", "--json").stdout)
     assert (found["model"], found["files"]) == ("1810", ["moves.181x", "bench.toml"])
     assert (found["errors"], found["warnings"]) == (3, 0)
 

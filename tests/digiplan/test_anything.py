@@ -250,8 +250,7 @@ def test_rubbish_before_initialisation_does_no_harm(rubbish):
     bench.run(0.97)
     if1.serial.write(rubbish.replace(b"U", b"").replace(b"V", b"").replace(b"\xd5", b"").replace(b"\xd6", b""))
     bench.run(1)
-    answers = if1.serial.read()
-    assume(answers.replace(b"U\r", b"") == b"")
+    assume(if1.serial.read().replace(b"U\r", b"") == b"")
     if1.serial.write(b"\r")
     bench.run(0.01)
     assert ask(bench, if1, "(", end="") == b"U\r"

@@ -52,8 +52,7 @@ def test_bit_8_means_nothing_in_what_it_receives(bench, frame, bit_8):
     (3, b"\xc5\x8d"), (4, b"\xc5\x8d"), (5, b"E\r"), (6, b"E\r"), (7, b"\xc5\x8d"), (8, b"\xc5\x8d")])  # fmt: skip
 def test_bit_8_of_the_echo_of_a_character_with_bit_8_set(bench, frame, echo):
     """Number of data bits: data-dependent is "only significant in the echo-back mode" or for quick status."""
-    if1 = ready(bench, f"U{frame}2")
-    assert ask(bench, if1, "\xc5\x8d", end="")[:2] == echo
+    assert ask(bench, ready(bench, f"U{frame}2"), "\xc5\x8d", end="")[:2] == echo
 
 
 def test_a_host_whose_bit_8_is_always_1_can_initialise(bench):

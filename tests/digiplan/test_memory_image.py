@@ -82,8 +82,7 @@ def image(tmp_path_factory):
 
 @pytest.fixture
 def file(tmp_path, image):
-    bench = Bench()
-    bench.add("if2", state=tmp_path)
+    Bench().add("if2", state=tmp_path)
     path = tmp_path / "if2.json"
     path.write_text(image)
     return path

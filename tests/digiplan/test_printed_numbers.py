@@ -156,8 +156,7 @@ def test_quick_status_of_a_limit_while_decelerating(bench, printed):
     """Quick status: "a single byte of value 73 decimal or 49 hex" means limit, decelerating, in motion."""
     if1 = ready(bench, message="U37")
     play(bench, if1, "^1 X20000 @ 4000 $; 8 s; limit_plus low")
-    found = ask(bench, if1, "Q", 0.1)
-    printed("Quick status", "a limit whilst decelerating: the byte", 73, found[0])
+    printed("Quick status", "a limit whilst decelerating: the byte", 73, ask(bench, if1, "Q", 0.1)[0])
 
 
 def test_the_distance_that_is_reported(bench, if1, printed):

@@ -31,8 +31,7 @@ def test_requests_between_waiting_messages(bench, if1, script):
 def test_the_position_too(bench, if1):
     """Position report-back: "whilst an axis is in motion"; at or below the start/stop speed the answer is exact."""
     play(bench, if1, f"{WAITING}until X moving; 0.02 s")
-    before = positions(if1)[0]
-    assert 0 < before <= number(bench, if1, "N") <= positions(if1)[0] < 40
+    assert 0 < positions(if1)[0] <= number(bench, if1, "N") <= positions(if1)[0] < 40
 
 
 def test_with_echo_a_request_is_echoed_and_answered(bench):

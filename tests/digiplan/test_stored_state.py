@@ -62,8 +62,7 @@ def test_without_a_state_directory_nothing_is_left_behind(tmp_path, monkeypatch)
     """With `state=None` the memory exists as long as the bench, and no file is written."""
     monkeypatch.chdir(tmp_path)
     bench = Bench()
-    if2 = ready(bench, model="if2")
-    command(bench, if2, "[", seconds=0.1)
+    command(bench, ready(bench, model="if2"), "[", seconds=0.1)
     assert list(tmp_path.iterdir()) == []
 
 
@@ -139,8 +138,7 @@ def test_a_crash_at_any_call_leaves_the_old_or_the_new_contents(tmp_path, monkey
     gc.enable()
     assert len(made) <= moment
     # the old contents (10 steps), nothing (unlocked in between), or the new contents (20 steps)
-    found = stored_steps(tmp_path)
-    assert found in ((10, None, 20) if crashed else (20,))
+    assert stored_steps(tmp_path) in ((10, None, 20) if crashed else (20,))
     store(tmp_path, 30)  # the remains do not prevent another store
     assert stored_steps(tmp_path) == 30
 

@@ -169,14 +169,12 @@ LINKS = (
 
 def test_every_terminal_has_its_place(bench):
     """Appendix 2: the table of connectors and pins has every terminal."""
-    if1 = bench.add("if1")
-    assert if1.terminals.keys() - {"led"} == TERMINALS.keys()
+    assert bench.add("if1").terminals.keys() - {"led"} == TERMINALS.keys()
 
 
 def test_the_page_has_every_terminal_link_and_cable():
     """The tables in docs/digiplan.md are those of the code."""
-    page = PAGE.read_text(encoding="utf-8")
-    rows = set(re.findall(r"^\|.*\|$", page, re.MULTILINE))
+    rows = set(re.findall(r"^\|.*\|$", PAGE.read_text(encoding="utf-8"), re.MULTILINE))
     assert LINES.keys() == TERMINALS.keys()
     for name, place in TERMINALS.items():
         assert f"| `{name}` | {place} | {' | '.join(LINES[name])} |" in rows
@@ -226,5 +224,4 @@ def test_unsubscribing_from_hints(bench):
 
 def test_a_board_has_no_hints_of_its_own(bench):
     """Every controller has `subscribe_hint`; a board never gives a hint."""
-    board = bench.add("1811")
-    board.subscribe_hint(print)()
+    bench.add("1811").subscribe_hint(print)()

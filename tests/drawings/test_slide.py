@@ -7,8 +7,7 @@ from axistwin.ui.drawings.slide import Slide
 
 
 def figures(**options):
-    bench = Bench()
-    slide = Slide(bench.add("if1", X=options), "X", lambda pin, level: None)
+    slide = Slide(Bench().add("if1", X=options), "X", lambda pin, level: None)
     return re.findall(r'class="figures" x="([0-9.]+)" y="80">([^<]*)<', slide.drawing.art)
 
 

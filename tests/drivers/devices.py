@@ -100,8 +100,7 @@ def answering(answer):
                         break
                     client.sendall(reply)
 
-    thread = threading.Thread(target=serve, daemon=True)
-    thread.start()
+    threading.Thread(target=serve, daemon=True).start()
     try:
         yield f"socket://127.0.0.1:{listener.getsockname()[1]}"
     finally:

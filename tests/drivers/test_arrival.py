@@ -258,8 +258,7 @@ def test_a_shaft_that_rests_beside_its_target_has_arrived(ports):
         shaft.wait(25)
         twin.axes["shaft"].load(0.02)
         shaft.move_to(8000)
-        status = shaft.wait(25)
-        assert 0 < abs(status.position - 8000) < 100
+        assert 0 < abs(shaft.wait(25).position - 8000) < 100
         shaft.move_to(80_000)
         ports.run(0.5)
         motor.send(b"", "X")

@@ -167,8 +167,7 @@ async def move_with_a_power_cut(rs485, acceleration, message, after):
     async def port():
         return Interrupted(bench, "smartmotor", message, after)
 
-    driver = AsyncController("", make("smartmotor", {"rs485": rs485}), opening=port)
-    shaft = driver.axes["shaft"]
+    shaft = AsyncController("", make("smartmotor", {"rs485": rs485}), opening=port).axes["shaft"]
     await shaft.move_to(100)
     await shaft.wait(25)
     shaft.set_profile(acceleration=acceleration)

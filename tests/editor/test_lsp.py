@@ -145,8 +145,7 @@ def test_hover_shows_the_command_its_units_and_the_chapter(client):
 def test_completion_offers_labels(client):
     uri = "file:///bench/labels.sms"
     client.open(uri, SOURCE)
-    found = client.at("completion", uri, 2, 5)
-    assert [each["label"] for each in found["items"]] == ["GOSUB5"]
+    assert [each["label"] for each in client.at("completion", uri, 2, 5)["items"]] == ["GOSUB5"]
 
 
 def test_symbols_are_the_labels(client):

@@ -49,8 +49,7 @@ def test_a_servo_passes_a_position_in_the_exact_sample():
     bench.faults.subscribe(lambda fault, what: seen.append(motor.axes["shaft"].position))
     bench.run(2.0)
     assert fault.on
-    before = max(at for _, at in positions if at < 777)
-    assert before < 777 <= seen[0]
+    assert max(at for _, at in positions if at < 777) < 777 <= seen[0]
     assert seen[0] == min(at for _, at in positions if at >= 777), "the first sample beyond it"
 
 

@@ -183,8 +183,7 @@ def test_times_that_fmi_does_not_permit_are_errors_with_a_sentence(unpacked):
         (100.3 + 4e-14, 0.7, None),
     ):
         before = machine.bench.now
-        result = machine.do_step(begin_s, step_s)
-        assert result.status == (0 if sentence is None else 3)
+        assert machine.do_step(begin_s, step_s).status == (0 if sentence is None else 3)
         assert (machine.bench.now > before) == (sentence is None)
         assert sentence is None or machine.log_queue[-1].msg == sentence
     assert (machine.bench.seconds, tool["time"]) == (1, 100.3 + 4e-14 + 0.7)

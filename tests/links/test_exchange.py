@@ -334,8 +334,7 @@ def test_a_client_goes_on_with_a_bench_that_has_taken_the_place_of_another(serve
 
 
 def test_characters_sent_while_nobody_was_heard_arrive_then(served):
-    if1 = served.add()
-    url = served.open(if1)
+    url = served.open(served.add())
     with dial(url) as host:
         ask(host)
         served.do(served.input.mute)
@@ -352,8 +351,7 @@ def test_characters_sent_while_nobody_was_heard_arrive_then(served):
 
 
 def test_who_is_connected_is_told_by_name_until_he_goes(served):
-    if1 = served.add()
-    url = served.open(if1)
+    url = served.open(served.add())
     assert served.do(lambda: served.server.client("if1")) == ""
     with dial(url) as host:
         ask(host)
@@ -383,8 +381,7 @@ def test_a_port_opened_while_nobody_is_heard_is_deaf_too(served):
 
 
 def test_a_bench_on_which_somebody_is_missing_is_refused_and_all_stays_as_it_was(served):
-    if1 = served.add()
-    url = served.open(if1)
+    url = served.open(served.add())
     with dial(url) as host:
         with pytest.raises(UsageError, match="no controller 'if1'"):
             served.do(lambda: served.replace(Bench()))
@@ -406,8 +403,7 @@ def test_a_master_goes_on_with_the_registers_that_have_come_and_is_told_how_the_
             served.do(lambda level=level: line.set(level))
         served.do(served.input.unmute)
         assert host.line() == "! 1"
-        status = int(host.line(), 16)
-        assert status == new["1811"].bus.status
+        assert int(host.line(), 16) == new["1811"].bus.status
         assert host.ask("w 0 41") == "ok"
         assert served.acts == [Do("write", "0 41", controller="1811")]
 

@@ -136,8 +136,7 @@ def test_a_bench_that_keeps_pace_is_not_behind():
 @pytest.mark.parametrize(("line", "chunk"), [("9600 8N2", CHUNK), ("instant", INSTANT_CHUNK)])
 def test_on_a_line_that_takes_no_time_less_is_taken_at_once(line, chunk):
     bench = Bench()
-    plug = Plug("if1", bench.add("if1", line=line).serial, Pacer(bench.clock))
-    assert plug.chunk == chunk
+    assert Plug("if1", bench.add("if1", line=line).serial, Pacer(bench.clock)).chunk == chunk
 
 
 @pytest.mark.parametrize("name", list(fuzz.PORTS))

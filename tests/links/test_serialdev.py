@@ -35,8 +35,7 @@ def read(host, count):
 def test_a_host_at_the_other_end_of_the_cable_is_answered(served, cable):
     host, path = cable
     if1 = served.add(line=None, initialised=False)
-    url = served.open(if1, f"serial://{path}?baud=4800")
-    assert str(url) == f"serial://{path}?baud=4800"
+    assert str(served.open(if1, f"serial://{path}?baud=4800")) == f"serial://{path}?baud=4800"
     os.write(host, b"(")
     assert read(host, 2) == b"U\r"
     os.write(host, b"U61\rX100$\rN\r")

@@ -35,14 +35,12 @@ def test_every_client_receives_every_answer(served):
 
 
 def test_a_second_program_sees_the_conversation_of_a_driver(served):
-    if1 = served.add()
-    url = served.open(if1)
+    url = served.open(served.add())
     with dial(url) as other, connect(str(url), "if1") as driver:
         served.until(lambda: (served.server.client("if1") or "").count(":") == 2)
         driver.axes["X"].move_to(120)
         assert driver.axes["X"].wait(10).position == 120
-        seen = receive(other, 20)
-        assert seen.count(b"\r") > 2
+        assert receive(other, 20).count(b"\r") > 2
         other.shutdown(socket.SHUT_RDWR)
         driver.axes["X"].move_to(0)
         assert driver.axes["X"].wait(10).position == 0
@@ -59,8 +57,7 @@ def test_one_client_too_many_is_refused(served, monkeypatch):
 
 
 def test_a_refused_line_of_a_shared_port_is_told_whole(served):
-    if1 = served.add()
-    url, told = served.open(if1), []
+    url, told = served.open(served.add()), []
     served.do(lambda: RefusedLines(told.append).watch(served.bench))
     with dial(url) as first, dial(url) as second:
         served.until(lambda: (served.server.client("if1") or "").count(":") == 2)

@@ -162,8 +162,7 @@ def test_a_client_that_vanishes_in_the_middle_of_a_message(port, neighbour):
 def test_a_client_that_vanishes_in_the_middle_of_a_character():
     with Served(speed=1.0) as served:
         if1 = served.add(line="110 8N2", initialised=False)
-        url = served.open(if1)
-        host = dial(url)
+        host = dial(served.open(if1))
         host.sendall(b"XY")
         served.until(lambda: if1.serial.pending == 1)  # the X is being transmitted
         vanish(host)

@@ -82,8 +82,7 @@ def test_a_part_of_a_history_begins_and_ends_within_moves():
     times = train.pulse_times(0, now)
     assert len(times) == 1700
     for first, last in ((50, 60), (50, 350), (0, 450), (399, 1100), (1000, 1699)):
-        part = train.pulse_times(int(times[first]), int(times[last]))
-        assert part.tolist() == times[first:last].tolist()
+        assert train.pulse_times(int(times[first]), int(times[last])).tolist() == times[first:last].tolist()
 
 
 def test_memory_is_at_most_three_times_the_result():

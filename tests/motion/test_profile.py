@@ -46,8 +46,7 @@ def test_pulses_happen_at_their_exact_times(segments):
 @settings(max_examples=50, deadline=None)
 @given(profiles, st.integers(0, 2 * S))
 def test_counting_agrees_with_the_pulse_times(segments, time_ns):
-    profile = Profile(segments)
-    assert profile.pulses_by(time_ns) == sum(at <= time_ns for at in reference_pulses(segments))
+    assert Profile(segments).pulses_by(time_ns) == sum(at <= time_ns for at in reference_pulses(segments))
 
 
 def test_a_constant_rate_is_arithmetic():

@@ -65,8 +65,7 @@ def test_a_deceleration_begins_at_once_with_the_next_lower_level():
 @settings(max_examples=50, deadline=None)
 @given(st.integers(1, 40), st.integers(1, 25_000), st.integers(1, 500), st.integers(0, 100_000))
 def test_pulses_are_the_distance_and_the_profile_is_symmetrical(start, top, acceleration, distance):
-    table = ramp(top, start * 100, 100, Fraction(100, acceleration * 1000))
-    profile = table.index(distance)
+    profile = ramp(top, start * 100, 100, Fraction(100, acceleration * 1000)).index(distance)
     segments = profile.segments
     assert profile.pulses == distance and sum((s.rate * s.seconds for s in segments), Fraction(0)) == distance
     assert [s.rate for s in segments] == [s.rate for s in reversed(segments)]

@@ -49,7 +49,6 @@ def test_a_bounded_history_says_what_it_has_forgotten():
 
 
 def test_it_is_known_when_a_position_is_reached():
-    train = Train()
-    stroke = train.start(S, -1, constant(100, 10))
+    stroke = Train().start(S, -1, constant(100, 10))
     assert stroke.reaches_ns(-3) == S + 30_000_000 and stroke.reaches_ns(-11) is None
     assert stroke.reaches_ns(1) is None

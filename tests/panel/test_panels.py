@@ -13,8 +13,7 @@ from .showing import stage
 
 
 async def title_of_a_panel(title):
-    session = Session(Bench)
-    panel = Panel(title, session, Address.read("0", None))
+    panel = Panel(title, Session(Bench), Address.read("0", None))
     address = await panel.open()
     try:
         async with httpx.AsyncClient() as browser:

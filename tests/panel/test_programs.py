@@ -129,8 +129,7 @@ def test_a_board_that_is_switched_off_and_on_has_lost_its_sequences(visit):
 
 def interface():
     bench = Bench()
-    if1 = ready(bench)
-    send(bench, if1, ":X400:P0,20:R1:$")
+    send(bench, ready(bench), ":X400:P0,20:R1:$")
     return bench
 
 
@@ -238,5 +237,4 @@ def test_what_is_wished_is_kept_for_the_person(visit):
     assert visit.context.person.settings["motor follow"] is False
     with visit.user.client, ui.row():
         program(visit.context, "motor")
-    boxes = visit.user.find(marker="motor follow").elements
-    assert [box.value for box in boxes] == [False, False]
+    assert [box.value for box in visit.user.find(marker="motor follow").elements] == [False, False]

@@ -91,8 +91,7 @@ def test_a_bounded_number_of_connections_for_a_bounded_time(monkeypatch, idle_s,
             return (await asyncio.wait_for(reader.read(12), PATIENCE_S)).decode()
 
     async def visit():
-        session = Session(Bench)
-        panel = Panel("", session, Address("127.0.0.1", 0, None))
+        panel = Panel("", Session(Bench), Address("127.0.0.1", 0, None))
         port = urlsplit(await panel.open()).port
         visitors = []
         for request in requests:

@@ -11,8 +11,7 @@ COLOURS = re.compile(r"\x1b\[\d*m")
 
 def bench_with(model, **options):
     bench = Bench()
-    controller = bench.add(model, **options)
-    return bench, controller, Talk(Session(lambda: bench))
+    return bench, bench.add(model, **options), Talk(Session(lambda: bench))
 
 
 def printed(bench, talk, name):

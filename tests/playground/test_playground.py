@@ -95,8 +95,7 @@ def test_a_saved_session_repeats_itself_with_run(playground, tmp_path):
     playground.act("if1", "input1", "high")
     playground.advance(9 * S, 9)
     zipfile.ZipFile(io.BytesIO(playground.saved())).extractall(tmp_path / "saved")
-    result = run("run", tmp_path / "saved" / "scene.toml", "--for", "9", "--json").out
-    assert '"position": 400' in result
+    assert '"position": 400' in run("run", tmp_path / "saved" / "scene.toml", "--for", "9", "--json").out
 
 
 def test_a_link_of_another_version_is_opened_with_a_note(playground):

@@ -185,8 +185,7 @@ def test_the_test_plug_shows_the_outputs_of_an_if1():
     # outputs 1, 2 and 5; bits 8, 64 and 128 of the input status are set while inputs 1, 2 and 3 are low
     assert [answer.data for answer in outputs.received[1:10:2]] == [b"200\r", b"192\r", b"0\r", b"64\r", b"200\r"]
     _, end = controller("if1")
-    missing = probe("if1", end, Settings(Motion.SMALL, plug=True, find_options=False))
-    assert len(differences(missing)) == 5
+    assert len(differences(probe("if1", end, Settings(Motion.SMALL, plug=True, find_options=False)))) == 5
 
 
 def test_late_answers_differ():

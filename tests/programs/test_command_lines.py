@@ -54,8 +54,7 @@ def test_each_line_is_sent_when_the_previous_line_is_finished(tmp_path):
 def test_a_delay_is_waited_for(tmp_path):
     record, _ = run(tmp_path, "P1,50$\nX10$\n")
     low = next(c for c in record.changes if c.pin == "output1" and not c.level)
-    typed = next(u for u in record.said if u.data.startswith(b"X"))
-    assert typed.time_ns >= low.time_ns
+    assert next(u for u in record.said if u.data.startswith(b"X")).time_ns >= low.time_ns
 
 
 def test_a_pause_lets_a_run_continue(tmp_path):

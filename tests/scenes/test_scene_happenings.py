@@ -210,8 +210,7 @@ def test_an_error_in_the_file_of_a_host_has_its_place_in_that_file(scene):
 
 
 def test_run_and_serve_accept_a_scene(scene, tmp_path):
-    made = scene(IF1 + 'host = "f.if1"\n[[controller]]\nmodel = "if2"\n', f_if1="X100$\n")
-    assert made.hosted == {"if1"}
+    assert scene(IF1 + 'host = "f.if1"\n[[controller]]\nmodel = "if2"\n', f_if1="X100$\n").hosted == {"if1"}
     result = CliRunner().invoke(axistwin, ["run", str(tmp_path / "s.toml"), "--json"])
     assert result.exit_code == 0 and json.loads(result.stdout)["note"] == ""
     assert CliRunner().invoke(axistwin, ["run", "if1"]).exit_code != 0
@@ -232,8 +231,7 @@ def test_serve_refuses_a_scene_without_ports(scene, tmp_path):
 
 
 def test_the_schema_for_editors_has_every_parameter_of_every_fault():
-    result = CliRunner().invoke(axistwin, ["schema"])
-    keys = json.loads(result.stdout)["$defs"]["FaultTable"]["properties"]
+    keys = json.loads(CliRunner().invoke(axistwin, ["schema"]).stdout)["$defs"]["FaultTable"]["properties"]
     assert {parameter.name for kind in KINDS.values() for parameter in kind.parameters} < set(keys)
 
 

@@ -106,8 +106,7 @@ async def test_who_gives_up_on_the_way_finds_the_breaks_armed():
 
 
 async def test_where_memory_cannot_be_put_back_hosts_are_heard_as_before(tmp_path):
-    build = bench_of("if2", state=tmp_path / "state")
-    session = Session(build)
+    session = Session(bench_of("if2", state=tmp_path / "state"))
     server = session.serve()
     session.run()
     await asyncio.sleep(1)

@@ -128,8 +128,7 @@ def test_nobody_is_connected_where_nobody_serves():
 
 
 async def test_a_host_at_a_second_channel_is_repeated_too():
-    motor = bench_of("smartmotor", line="instant")
-    session = Session(motor, None)
+    session = Session(bench_of("smartmotor", line="instant"), None)
     _, writer = await connected(session, "smartmotor.rs485")
     session.run()
     writer.write(b"RP ")

@@ -119,8 +119,7 @@ async def test_a_scene_that_is_written_in_another_manner_is_written_anew(tmp_pat
 
 
 async def test_programs_that_were_loaded_are_loaded_again(tmp_path):
-    build = bench_of("smartmotor motor", "if1")
-    session = Session(build, 1.0)
+    session = Session(bench_of("smartmotor motor", "if1"), 1.0)
     traced = Traced(session, tmp_path)
     session.run()
     await asyncio.sleep(1)

@@ -95,8 +95,7 @@ def test_half_the_baud_rate_reads_each_bit_twice():
 
     The start bit is the first 0; data bits 1 to 8 are 0 11 00 11 0, and the stop bit is the second half of a 0.
     """
-    received = Wire("4800 8N1", "9600 8N1").send(b"U", 0.01)
-    assert received[0] == (0b0110_0110, FRAMING)
+    assert Wire("4800 8N1", "9600 8N1").send(b"U", 0.01)[0] == (0b0110_0110, FRAMING)
 
 
 def test_a_break_is_a_zero_without_a_stop_bit_and_then_silence():

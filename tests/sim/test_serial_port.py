@@ -128,8 +128,7 @@ def test_on_a_line_that_takes_no_time_x_off_stops_what_follows_it_at_once():
 
 @pytest.mark.parametrize("seconds", [0, -1, 4e-10])
 def test_a_break_that_takes_no_time_is_refused(seconds):
-    bench = Bench()
-    port = bench.add("if1").serial
+    port = Bench().add("if1").serial
     with pytest.raises(UsageError, match="expected 1 ns or more"):
         port.send_break(seconds)
     assert port.pending == 0

@@ -212,8 +212,7 @@ def test_the_program_that_a_host_loads():
 
 
 def test_a_command_that_is_never_ended():
-    sent = tuple(Sent(byte, 1, column) for column, byte in enumerate(b"RP\rRV", 1))
-    found = check([Session(sent)])
+    found = check([Session(tuple(Sent(byte, 1, column) for column, byte in enumerate(b"RP\rRV", 1)))])
     assert [(d.column, d.message) for d in found] == [(4, "this command has no end: a space or <CR> is missing")]
 
 

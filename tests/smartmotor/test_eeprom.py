@@ -55,12 +55,10 @@ def test_the_pointer_moves_by_the_size_of_what_is_stored(bench, motor):
 
 
 def test_what_is_written_is_on_the_disk_at_once(bench, tmp_path):
-    motor = ready(bench, state=tmp_path)
-    send(bench, motor, "EPTR=2 a=1 VST(a,1)")
+    send(bench, ready(bench, state=tmp_path), "EPTR=2 a=1 VST(a,1)")
     assert json.loads((tmp_path / "smartmotor.json").read_text())["eeprom"] == "ffff00000001"
     other = Bench()
-    again = ready(other, state=tmp_path)
-    assert send(other, again, "EPTR=2 VLD(a,1) Ra") == b"1\r"
+    assert send(other, ready(other, state=tmp_path), "EPTR=2 VLD(a,1) Ra") == b"1\r"
 
 
 def test_writing_what_is_there_already_changes_nothing(bench, tmp_path):

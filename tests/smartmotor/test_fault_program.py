@@ -117,8 +117,7 @@ def test_the_sample_program_survives_a_jammed_motor(bench):
     load(bench, motor, SAMPLE)
     send(bench, motor, "RUN", 0.5)
     motor.axes["shaft"].jam(True)
-    said = send(bench, motor, "", 3.0)
-    assert said.startswith(b"POSTION ERROR= 10")
+    assert send(bench, motor, "", 3.0).startswith(b"POSTION ERROR= 10")
     motor.axes["shaft"].jam(False)
     assert status_word(bench, motor) & BS == 0
     send(bench, motor, "ZS RUN", 4.0)

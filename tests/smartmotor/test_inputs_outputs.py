@@ -117,8 +117,7 @@ def test_between_the_thresholds_it_is_one_or_the_other_and_all_agree(bench, moto
 def test_analog_values_are_proportional(bench, motor, millivolts, name):
     """6.3: ten bits; the value is within one step of 1023 × volts / 5."""
     motor.pins[name].drive(millivolts / 1000)
-    value = int(ask(bench, motor, f"RU{name}A", 0))
-    assert abs(value - 1023 * millivolts / 5000) <= 1
+    assert abs(int(ask(bench, motor, f"RU{name}A", 0)) - 1023 * millivolts / 5000) <= 1
 
 
 @pytest.mark.parametrize("volts", [-3.0, 12.0, float("nan"), float("inf")])
@@ -153,8 +152,7 @@ def test_any_pin_commands_leave_the_motor_operable(words):
     def answer() -> bytes:
         bench = Bench()
         motor = ready(bench)
-        heard = send(bench, motor, " ".join(words), 0.05)
-        return heard + b"|" + send(bench, motor, "RU RCLK")
+        return send(bench, motor, " ".join(words), 0.05) + b"|" + send(bench, motor, "RU RCLK")
 
     first = answer()
     assert first.split(b"|")[-1].count(b"\r") == 2 and answer() == first

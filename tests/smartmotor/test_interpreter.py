@@ -72,8 +72,7 @@ def test_switch_without_a_match_and_without_default():
 
 
 def test_default_in_the_middle_is_tried_last():
-    program = run("a=2 SWITCH a DEFAULT b=9 BREAK CASE 2 b=2 ENDS")
-    assert program["b"] == 2
+    assert run("a=2 SWITCH a DEFAULT b=9 BREAK CASE 2 b=2 ENDS")["b"] == 2
 
 
 def test_switches_within_switches():

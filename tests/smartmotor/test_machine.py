@@ -71,8 +71,7 @@ def test_stall_current():
 
 def test_acceleration_at_peak_current():
     """The acceleration is (Kt·I - Tc)/J, for a frame 34 far below its top speed with a load of four rotors."""
-    load = ServoLoad(inertia_kg_m2=4 * FRAME34.rotor_inertia_kg_m2)
-    rig = driven(FRAME34, 1023, load)
+    rig = driven(FRAME34, 1023, ServoLoad(inertia_kg_m2=4 * FRAME34.rotor_inertia_kg_m2))
     elapsed = rig.seconds(0.02)
     acceleration = (0.125 * 24 - 0.03) / (5 * 1.2e-4)
     assert rig.rad_per_s == pytest.approx(acceleration * elapsed, rel=0.001)
@@ -114,8 +113,7 @@ def test_open_windings_coast_by_friction_alone():
 
 def test_friction_holds_the_shaft_exactly_at_rest():
     """Friction is 12 mN·m of the motor and 8 mN·m of the load: 0.0199 N·m never moves the shaft, 0.0201 N·m does."""
-    load = ServoLoad(coulomb_friction_nm=0.008)
-    rig = driven(FRAME23, 0, load, state.DRIVE_OPEN)
+    rig = driven(FRAME23, 0, ServoLoad(coulomb_friction_nm=0.008), state.DRIVE_OPEN)
     machine.set_torque(rig.f, -0.0199)
     rig.seconds(1)
     assert (rig.rad_per_s, rig.radians) == (0.0, 0.0)

@@ -267,6 +267,5 @@ def test_a_brake_actuator_changes_from_torque_to_position_and_adds_distances(ben
         assert word & 1 == 0  # the last move has ended: the commands come every 50 ms
         bench.run(0.05)
         assert value(bench, motor, "@P+@PE") == begin + 100 * number
-    answers = send(bench, motor, "PRINT(UIA,#13,UJA,#13,UEA,#13)", 0).split()
-    assert answers[1:] == [b"480", b"1023"]
+    assert send(bench, motor, "PRINT(UIA,#13,UJA,#13,UEA,#13)", 0).split()[1:] == [b"480", b"1023"]
     assert send(bench, motor, "RBs RBe", 0) == b"0\r0\r"

@@ -35,8 +35,7 @@ RETURN
 
 def broken(text):
     """Return text and message of each statement that sets Bs."""
-    program = Program.compile(text)
-    return [(s.text, s.problem.message) for s in program.statements if s.problem is not None]
+    return [(s.text, s.problem.message) for s in Program.compile(text).statements if s.problem is not None]
 
 
 def test_the_sample_of_4_3():
@@ -107,13 +106,11 @@ def test_places():
 
 
 def test_an_empty_program():
-    program = Program.compile(" ' nothing\n")
-    assert program.statements == ()
+    assert Program.compile(" ' nothing\n").statements == ()
     assert Processor("").run().carried_out == ["(end)"]
 
 
 def test_the_largest_program():
     """A program of 32 KiB in nested blocks can be compiled."""
     text = "IF a\n" * 3000 + "b=1\n" + "ENDIF\n" * 3000
-    program = Processor("a=1\n" + text).run(5000)
-    assert (program["b"], broken(text)) == (1, [])
+    assert (Processor("a=1\n" + text).run(5000)["b"], broken(text)) == (1, [])

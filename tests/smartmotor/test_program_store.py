@@ -89,8 +89,7 @@ def test_program_store(script):
 
 def test_a_block_may_have_32_bytes(bench):
     """Option load_block=32: blocks of 32 bytes, as in later firmware."""
-    motor = ready(bench, load_block=32)
-    load(bench, motor, COUNTING, block=32)
+    load(bench, ready(bench, load_block=32), COUNTING, block=32)
 
 
 @pytest.mark.parametrize("program", [COUNTING, IMAGE])
@@ -161,11 +160,9 @@ def test_a_locked_program_is_not_uploaded(bench, motor):
 
 
 def test_the_program_is_kept_in_the_state_directory(bench, tmp_path):
-    motor = ready(bench, state=tmp_path)
-    load(bench, motor, COUNTING)
+    load(bench, ready(bench, state=tmp_path), COUNTING)
     other = Bench()
-    again = ready(other, state=tmp_path)
-    assert upload(other, again) == TEXT
+    assert upload(other, ready(other, state=tmp_path)) == TEXT
     assert json.loads((tmp_path / "smartmotor.json").read_text())["program"] == TEXT.decode()
 
 

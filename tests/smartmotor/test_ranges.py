@@ -65,5 +65,4 @@ def test_the_sources_of_a_command():
     ("BASE=", {"master counts"}), ("BAUDn", {"bit/s"})])  # fmt: skip
 def test_the_units_of_parameters(code, units):
     """Base 1: velocity in 1/65536 count per sample, acceleration per sample²; 9.1: BASE in external encoder counts."""
-    command = product("smartmotor").commands.get(code)
-    assert {field.unit for field in command.parameters} == units
+    assert {field.unit for field in product("smartmotor").commands.get(code).parameters} == units

@@ -269,8 +269,7 @@ def test_baud_takes_effect_at_once(bench):
 
 def test_a_reply_begins_when_the_terminator_has_been_received(bench):
     """A character of 10 bits takes 1.0417 ms at 9600 baud; three are received and two sent."""
-    motor = clear(bench, bench.add("smartmotor"))
-    assert arrivals_ms(bench, motor, "RP") == [4.167, 5.208]
+    assert arrivals_ms(bench, clear(bench, bench.add("smartmotor")), "RP") == [4.167, 5.208]
 
 
 # Channel 1

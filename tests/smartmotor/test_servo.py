@@ -375,8 +375,7 @@ def test_current_rises_with_the_time_constant_of_the_windings(samples):
 
 def test_the_torque_of_a_sample_is_that_of_its_mean_current():
     """The mean of 1 - exp(-t/1 ms) over the first 245.76 µs, without friction: 1 - (1 - exp(-0.24576)) / 0.24576."""
-    motor = inductive(coulomb_friction_nm=0.0, viscous_friction_nm_s=0.0, torque_constant_nm_per_a=1e-6)
-    rig = Rig(motor)
+    rig = Rig(inductive(coulomb_friction_nm=0.0, viscous_friction_nm_s=0.0, torque_constant_nm_per_a=1e-6))
     rig.i[state.PWM] = 427
     rig.turn(1)
     mean = 24 * 427 / 1023 / 2.5 * (1 - (1 - exp(-0.24576)) / 0.24576)

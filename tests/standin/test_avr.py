@@ -78,7 +78,6 @@ def test_three_axes_of_a_mega():
         assert not [event for event in metal.events if isinstance(event, Stopped | Failed)]
         assert [len(board.pulses[step]) for step in ("PF0", "PF6", "PL3")] == [600] * 3
         for axis in MEGA:
-            errors = metal.errors_us(axis.step.name, trains[axis.axis])
-            assert np.abs(errors).max() < 22
+            assert np.abs(metal.errors_us(axis.step.name, trains[axis.axis])).max() < 22
     finally:
         board.close()

@@ -188,8 +188,7 @@ def test_without_commands_the_board_stops_the_motors_and_switches_the_drives_off
             sent = upto
 
     metal.run(3.0, each)
-    last = small.time_s(small.pulses[2][-1][0])
-    assert last - died < 0.12
+    assert small.time_s(small.pulses[2][-1][0]) - died < 0.12
     assert small.levels[4] == 1 and small.shutdown
 
 

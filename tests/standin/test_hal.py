@@ -236,8 +236,7 @@ def hal(tmp_path):
 
 def test_step_generators_of_hal_make_every_pulse(hal):
     sender, events = hal(HAL_FILE, {"table.X": 500})
-    ready = events.get(timeout=300)
-    assert ready == Ready({"table.X": 500}, {"table.limit_plus": True})
+    assert events.get(timeout=300) == Ready({"table.X": 500}, {"table.limit_plus": True})
     begin = time.monotonic() + 0.1
     sender.complete(begin)
     sender.queue("table.X", +1, begin + np.arange(1, 1001) / 5000)

@@ -177,8 +177,7 @@ def test_the_command(tmp_path):
     found = json.loads(done.out)
     assert (done.code, found["runs"], found["measures"]["end"]["max"]) == (0, 4, 1500)
     assert "axistwin: wire.0.delay_ms changed no measure and no claim in any run" in done.err
-    text = run("sweep", out)
-    assert text.out.startswith("4 runs (ended: 4 rest)")
+    assert run("sweep", out).out.startswith("4 runs (ended: 4 rest)")
     drawn = run("plot", out, "-o", tmp_path / "r.svg")
     assert (drawn.code, "<svg" in (tmp_path / "r.svg").read_text()) == (0, True)
     assert run("plot", out, "--from", 1).code == 2
@@ -250,7 +249,6 @@ def test_the_schema_of_a_sweep_file_has_every_form():
 
 
 def test_a_runner_needs_the_scene_file_only_once(tmp_path):
-    made = study(tmp_path)
-    runner = Runner(made._job(None))
+    runner = Runner(study(tmp_path)._job(None))
     stepper(tmp_path).unlink()
     assert runner.row(0, (0.1, 7000))["ended"] == "rest"

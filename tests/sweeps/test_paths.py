@@ -35,8 +35,7 @@ def test_numbers_of_a_program_and_variables_of_a_motor(tmp_path):
         iter(varied(scene, "knife.program.KP", 99).build() and varied(scene, "knife.program.KP", 99).programs.values())
     )
     assert "'KP=1 in a comment" in text and "\nKP=99\n" in text
-    bench = varied(scene, "knife.KD", 321).build()
-    assert bench["knife"].registers["RKD"].read() == 321
+    assert varied(scene, "knife.KD", 321).build()["knife"].registers["RKD"].read() == 321
     assert varied(scene, "knife.shaft.load.inertia_kg_m2", 1e-5).build()
     replaced = varied(scene, "knife.shaft.motor.supply_voltage_v", 30.0)
     assert replaced.data["controller"][0]["axes"]["shaft"]["motor"] == {"model": "frame23", "supply_voltage_v": 30.0}

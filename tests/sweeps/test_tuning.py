@@ -44,8 +44,7 @@ def test_the_same_trials_after_an_interruption_and_the_worst_case_counts(tmp_pat
     with pytest.raises(StoppedError):
         tuning(tmp_path).run(tmp_path / "b.db", trials=7, seconds=4, workers=0, progress=stop)
     assert len(load(tmp_path / "b.db")[2]) == 5
-    again = tuning(tmp_path).run(tmp_path / "b.db", trials=7, seconds=4, workers=0)
-    assert again.trials == whole.trials
+    assert tuning(tmp_path).run(tmp_path / "b.db", trials=7, seconds=4, workers=0).trials == whole.trials
     with pytest.raises(AxistwinError, match="seed = 0 instead of 1"):
         tuning(tmp_path).run(tmp_path / "b.db", trials=7, seconds=4, workers=0, seed=1)
 

@@ -373,8 +373,7 @@ def test_characters_that_an_if1_drops():
     learner = Learner("if1")
     learner.type("X100$")
     for command in (r"send (\S) first", r"e\.g\. (\w+) <CR>"):
-        hint = learner.controller.hint
-        learner.type(re.search(command, hint)[1])
+        learner.type(re.search(command, learner.controller.hint)[1])
         assert learner.controller.hint == ""
         learner.type("X100$")
     assert positions(learner) == [100, 0, 0]

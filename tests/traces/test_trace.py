@@ -128,8 +128,7 @@ def test_tracing_does_not_change_a_bench(tmp_path):
 
 def test_a_trace_has_pulses_that_the_train_has_deleted(tmp_path):
     bench = traced(tmp_path / "a.csv", ":X5@200:X-:=9,1:$\r", "\r", history=4)
-    pulses = of(read_csv(tmp_path / "a.csv"), "if1.X.pulses")[1:]
-    assert len(pulses) == 100
+    assert len(of(read_csv(tmp_path / "a.csv"), "if1.X.pulses")[1:]) == 100
     assert bench["if1"].axes["X"].train.forgotten
 
 

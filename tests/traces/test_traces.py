@@ -404,8 +404,7 @@ with ExitStack() as stack:
 
 def test_files_are_readable_after_their_program_was_killed(tmp_path):
     files = [tmp_path / f"a.{kind}" for kind in KINDS]
-    done = subprocess.run([sys.executable, "-c", KILLED, *files], check=False)
-    assert done.returncode == -signal.SIGKILL
+    assert subprocess.run([sys.executable, "-c", KILLED, *files], check=False).returncode == -signal.SIGKILL
     for file in files:
         assert read(file).tracks["if1.X.pulses"].values[-1] == 100, file
 

@@ -220,8 +220,7 @@ class Panel:
 
 def number(text):
     """Return the first number in a text; it may contain thin spaces and the minus sign U+2212."""
-    found = re.search(r"[−-]?\d[\d\u2009]*(\.\d+)?", text)
-    return float(found[0].replace("\u2009", "").replace("−", "-"))
+    return float(re.search(r"[−-]?\d[\d\u2009]*(\.\d+)?", text)[0].replace("\u2009", "").replace("−", "-"))
 
 
 def thumb(slider):
