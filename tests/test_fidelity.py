@@ -17,8 +17,7 @@ def names_in(file):
 
 def test_the_tests_named_there_exist():
     named = re.findall(r"`([\w/]+\.py)::(\w+)`", PAGE)
-    assert len(named) > 500
-    assert [f"{file}::{name}" for file, name in named if name not in names_in(file)] == []
+    assert len(named) > 500 and [f"{file}::{name}" for file, name in named if name not in names_in(file)] == []
 
 
 def test_every_entry_names_one():

@@ -278,8 +278,7 @@ def test_the_others_notice_nothing(tmp_path, monkeypatch):
         bench.run(1)
         return [motors[1].serial.read(), motors[0].serial.read(), bench.now]
 
-    assert session(tmp_path / "False" / "a") == session(None)
-    assert not (tmp_path / "False" / "a" / "a.json").exists()
+    assert session(tmp_path / "False" / "a") == session(None) and not (tmp_path / "False" / "a" / "a.json").exists()
     assert (tmp_path / "False" / "b" / "b.json").read_bytes() == (tmp_path / "True" / "b" / "b.json").read_bytes()
 
 

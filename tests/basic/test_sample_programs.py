@@ -64,8 +64,7 @@ def test_the_index_loop_moves_x_forth_and_ten_times_back_and_forth(program, form
     session = perform(program, form, tmp_path, line=line)
     session.bench.run(2.0)  # the program ends as soon as it has sent the last move
 
-    assert session.moves() == FORTH_AND_TEN_TIMES_BACK_AND_FORTH
-    assert session.controller.axes["X"].position == 1000
+    assert session.moves() == FORTH_AND_TEN_TIMES_BACK_AND_FORTH and session.controller.axes["X"].position == 1000
     assert_no_complaint(session)
 
 

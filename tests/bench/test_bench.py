@@ -22,8 +22,7 @@ def test_time_is_nanoseconds_inside_and_seconds_outside():
     assert (bench.now, bench.seconds) == (0, 0.0)
     bench.run(0.1)
     bench.run(0.2)
-    assert (bench.now, bench.seconds) == (300_000_000, 0.3)
-    assert type(bench.now) is int
+    assert (bench.now, bench.seconds) == (300_000_000, 0.3) and type(bench.now) is int
 
 
 def test_running_no_time_is_allowed_and_backwards_is_not():
@@ -86,8 +85,7 @@ def test_run_until_stops_at_the_event_that_makes_it_true():
 def test_run_until_gives_up_at_its_timeout():
     bench = Bench()
     bench.add("if1")
-    assert not bench.run_until(lambda: False, timeout=0.5)
-    assert bench.seconds == 0.5
+    assert not bench.run_until(lambda: False, timeout=0.5) and bench.seconds == 0.5
 
 
 def test_controllers_have_names_and_a_free_one_is_found():

@@ -93,8 +93,7 @@ def test_a_chain_of_motors(bench):
     port, (first, second) = chained(bench)
     assert tell(bench, port, "\x81a=11 \x82a=22 ") == "\x81a=11 \x82a=22 "
     assert tell(bench, port, "\x82Ra ") == "\x82Ra 22\r" and tell(bench, port, "\x81Ra ") == "\x81Ra 11\r"
-    assert bench.lines["chain"].motors == (first, second)
-    assert bench.ports == {"chain": port}
+    assert bench.lines["chain"].motors == (first, second) and bench.ports == {"chain": port}
     for motor in (first, second):
         with pytest.raises(
             UsageError, match=r"has no serial port of its own in the daisy chain 'chain': use Bench\.port\('chain'\)"
@@ -136,8 +135,7 @@ def test_the_second_channel_of_one_motor(bench):
     assert list(bench.ports) == ["smartmotor"]
     tell(bench, motor.serial, OPEN_1)
     assert tell(bench, motor.rs485, "RSP ") == "24576/476\r" and motor.serial.read() == b""
-    assert list(bench.ports) == ["smartmotor", "smartmotor.rs485"]
-    assert bench.port("smartmotor.rs485") is motor.rs485
+    assert list(bench.ports) == ["smartmotor", "smartmotor.rs485"] and bench.port("smartmotor.rs485") is motor.rs485
 
 
 def test_lines_have_names(bench):

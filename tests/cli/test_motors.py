@@ -148,8 +148,7 @@ chain: < RUA\\r1\\r0\\r
 left: = A low
 chain: ! line 1200
 """
-    assert play(parse(talk), bench) is None
-    assert bench.port("chain").host.baudrate == 1200
+    assert play(parse(talk), bench) is None and bench.port("chain").host.baudrate == 1200
     with pytest.raises(
         ProgramError,
         match=r"missing controller name before `= A low`: expected one of left, right, e\.g\. `left: = A low`",
@@ -468,8 +467,7 @@ def test_a_scene_with_a_chain_and_a_line(scene):
     bench = made.build()
     assert list(bench.ports) == ["chain", "field"]
     assert [motor.name for motor in bench.lines["field"].motors] == ["right", "left"]
-    assert bench["left"].axes["shaft"].motor.counts_per_rev == 2000
-    assert bench["left"].pins["C"].level is False
+    assert bench["left"].axes["shaft"].motor.counts_per_rev == 2000 and bench["left"].pins["C"].level is False
 
 
 WRONG = {

@@ -78,8 +78,7 @@ def test_a_conversation_that_differs(axistwin):
 
 def test_a_conversation_says_which_options_it_needs(axistwin):
     Path("a.talk").write_text("; options: wiring=3-wire\n; line: 2400 8N2\n+1.5\n! dtr off\n> (\n< U\\r\n")
-    assert axistwin("if1", "a.talk")[0] == 0
-    assert axistwin("if1", "a.talk", "--option", "wiring=5-wire")[0] == 1
+    assert axistwin("if1", "a.talk")[0] == 0 and axistwin("if1", "a.talk", "--option", "wiring=5-wire")[0] == 1
 
 
 def test_for(axistwin):
@@ -153,8 +152,7 @@ def test_the_report_of_a_run_that_fails_says_why(axistwin):
     code, _, err = axistwin("if1", "a.talk", "--report", "a.html")
     page = Path("a.html").read_text(encoding="utf-8")
     assert code == 1
-    assert '<p class="verdict bad">failed at' in page
-    assert escape(err.strip().removeprefix("axistwin: ")) in page
+    assert '<p class="verdict bad">failed at' in page and escape(err.strip().removeprefix("axistwin: ")) in page
 
 
 def test_a_trace_ends_at_its_limit_and_the_run_continues(axistwin):

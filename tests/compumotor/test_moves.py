@@ -86,8 +86,7 @@ def test_acceleration_ranges(bench, board, y, divisor):
     send_all(bench, board, (0x31, 0, y, *i32(50_000), *i32(500_000 * divisor)), (0xA3, 1), (0xA1, 1), (0x32, 0))
     assert message(bench, board, 1)[0] == 0xA1
     began = board.axes["motor"].train.move.start_ns
-    assert bench.run_until(lambda: board.bus.read(1) & 0x08, 1)
-    assert bench.now - began == 98 * MS
+    assert bench.run_until(lambda: board.bus.read(1) & 0x08, 1) and bench.now - began == 98 * MS
 
 
 def test_a_slow_ramp_stays_on_each_level_of_the_resolution(bench, board):

@@ -64,8 +64,7 @@ def test_the_alarm_comes_once_when_the_bytes_left_are_down_to_its_value(bench, b
     assert bench.run_until(lambda: board.axes["motor"].velocity > 0, 1)
     began = bench.now
     alarm = bytes([0x52, 1, 1, 0, 0, 0, 20, 0, 20]).ljust(16, b"\0")
-    assert message(bench, board, 1) == alarm
-    assert bench.now - began == 340 * MS
+    assert message(bench, board, 1) == alarm and bench.now - began == 340 * MS
     assert free(bench, board) == 600 - 20 and message(bench, board, 1) == b""
 
 
@@ -162,8 +161,7 @@ def test_a_marker_takes_no_time_and_its_command_three_milliseconds(bench, board)
     enter(bench, board, 0x52, 3, 1, rate=10)
     marker(bench, board, 0xFFFF, 0x0B, 1)
     began = performed(bench, board, 1_500, 1_500, 0xFFFF, 3_000, 0)
-    assert bench.run_until(lambda: board.pins["output1"].level, 1)
-    assert bench.now - began == 23 * MS
+    assert bench.run_until(lambda: board.pins["output1"].level, 1) and bench.now - began == 23 * MS
     assert moving_at(board, 2_000)
     until_idle(bench, board)
     assert board.axes["motor"].position == 40

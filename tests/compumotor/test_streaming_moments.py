@@ -30,8 +30,7 @@ def test_the_first_velocity_comes_as_a_calculated_move_does(bench, mode, start_m
     streaming(bench, board, mode)
     written = bench.now
     write(board, 0x42)
-    assert bench.run_until(lambda: board.axes["motor"].velocity, 1)
-    assert bench.now - written == (1 + start_ms) * MS
+    assert bench.run_until(lambda: board.axes["motor"].velocity, 1) and bench.now - written == (1 + start_ms) * MS
 
 
 def slowly_streaming(mode, divisor):

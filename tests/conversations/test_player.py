@@ -15,8 +15,7 @@ def said(bench: Bench, text: str) -> str:
 def test_an_answer_is_waited_for_and_not_a_nanosecond_longer(bench, if1):
     heard_ns = []
     if1.serial.subscribe_received(lambda byte, _: heard_ns.append(bench.now))
-    assert said(bench, "> E\\r\n< C\\r\n") == ""
-    assert bench.now == heard_ns[-1]
+    assert said(bench, "> E\\r\n< C\\r\n") == "" and bench.now == heard_ns[-1]
 
 
 def test_the_clock_tells_exactly_when(bench):
@@ -53,8 +52,7 @@ def test_part_of_an_answer(bench, if1):
 
 
 def test_a_bare_mark_is_silence(bench, if1):
-    assert said(bench, "> X100$\\r\n+0.5\n<\n") == ""
-    assert "unexpected reply" in said(bench, "> E\\r\n+0.5\n<\n")
+    assert said(bench, "> X100$\\r\n+0.5\n<\n") == "" and "unexpected reply" in said(bench, "> E\\r\n+0.5\n<\n")
 
 
 def test_what_is_left_over_at_the_end_is_a_difference(bench, if1):
@@ -87,8 +85,7 @@ def test_assertions(bench, if1, line, good):
 
 def test_a_number_is_compared_to_as_many_decimals_as_are_written(bench, if1):
     text = "> @503\\r\n> X1000Y$\\r\n+0.5\n= X.velocity {}\n> #\\r\n"
-    assert said(bench, text.format("500")) == ""
-    assert "X.velocity is different" in said(bench, text.format("500.1"))
+    assert said(bench, text.format("500")) == "" and "X.velocity is different" in said(bench, text.format("500.1"))
 
 
 def test_a_wrong_value_is_shown(bench, if1):

@@ -137,8 +137,7 @@ def test_hover_shows_the_command_its_units_and_the_chapter(client):
     client.open(uri, "X1000@500$\n")
     told = client.at("hover", uri, 0, 7)
     assert told["range"] == {"start": {"line": 0, "character": 5}, "end": {"line": 0, "character": 8}}
-    assert "**@** speed data" in told["contents"]["value"]
-    assert "speed 1…99999 steps/s" in told["contents"]["value"]
+    assert "**@** speed data" in told["contents"]["value"] and "speed 1…99999 steps/s" in told["contents"]["value"]
     assert told["contents"]["value"].endswith("Manual: Speed")
 
 

@@ -105,8 +105,7 @@ def test_the_knife_turns_once_for_each_length():
     bench.run(14)
     assert (feeder.position, knife.position) == (12 * 800, 12 * 2000)
     assert cuts == pytest.approx([350 + 800 * n for n in range(12)], abs=5), "half a turn by the cam"
-    assert bench["knife"].serial.read() == b"turned 24000\r"
-    assert bench["feeder"].serial.read() == b"U\r0\r800\r"
+    assert bench["knife"].serial.read() == b"turned 24000\r" and bench["feeder"].serial.read() == b"U\r0\r800\r"
 
 
 def test_a_jammed_knife_stops_the_feeder():

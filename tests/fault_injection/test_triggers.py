@@ -166,8 +166,7 @@ CONVERSATION = r"""
 def test_faults_in_a_conversation():
     bench = Bench()
     bench.add("if1")
-    assert play(parse(START + CONVERSATION, "c.talk"), bench) is None
-    assert bench["if1"].axes["X"].position < 1000
+    assert play(parse(START + CONVERSATION, "c.talk"), bench) is None and bench["if1"].axes["X"].position < 1000
 
 
 def test_a_recording_with_faults_can_be_replayed():
@@ -188,8 +187,7 @@ def test_faults_of_a_line_that_motors_share():
     bench.chain(bench.add("smartmotor", "left"))
     talk = "+0.3\nchain: ! fault flip way=from\nleft: ! fault stuck A low\n"
     talk += "chain: > RP\\r\nchain: < \\x31\\r\n! fault jam left.shaft\n"
-    assert play(parse(talk), bench) is None
-    assert [fault.name for fault in bench.faults] == ["flip", "stuck", "jam"]
+    assert play(parse(talk), bench) is None and [fault.name for fault in bench.faults] == ["flip", "stuck", "jam"]
 
 
 def test_python_and_text_describe_the_same_faults(bench):

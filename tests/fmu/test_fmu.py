@@ -100,8 +100,7 @@ def test_an_fmu_contains_the_scene_without_its_ports(unpacked):
     assert (resources / "scene" / "go.if1").read_text() == LINES
     described = ET.parse(folder / "modelDescription.xml").getroot()
     kind = described.find("CoSimulation").attrib
-    assert described.attrib["fmiVersion"] == "3.0"
-    assert described.attrib["description"] == "A table and a knife"
+    assert described.attrib["fmiVersion"] == "3.0" and described.attrib["description"] == "A table and a knife"
     assert (kind["modelIdentifier"], kind["canHandleVariableCommunicationStepSize"]) == ("machine", "true")
     names = {each.attrib["name"]: each.attrib["causality"] for each in described.find("ModelVariables")}
     expected = {
@@ -158,8 +157,7 @@ def test_inputs_act_at_communication_points(scene, unpacked):
 def test_a_failed_action_ends_the_step_with_an_error(unpacked):
     tool = Tool(instance(unpacked(end="! mend crash", begin="my-table: ! fault jam X name=crash")))
     tool["end"] = True
-    assert tool.machine.do_step(0.0, 0.1).status == 3
-    assert "unknown fault 'crash'" in tool.machine.log_queue[-1].msg
+    assert tool.machine.do_step(0.0, 0.1).status == 3 and "unknown fault 'crash'" in tool.machine.log_queue[-1].msg
 
 
 def test_times_that_fmi_does_not_permit_are_errors_with_a_sentence(unpacked):

@@ -17,8 +17,7 @@ def test_the_examples_of_the_page_are_correct(tmp_path, monkeypatch):
     acts = [
         act for block in consoles for act in re.findall(r"^\$ axistwin (.*)\n((?:(?!\$ ).*\n)*)", block, re.MULTILINE)
     ]
-    assert [run(*shlex.split(words)).out for words, _ in acts] == [shown for _, shown in acts]
-    assert len(acts) == 5
+    assert [run(*shlex.split(words)).out for words, _ in acts] == [shown for _, shown in acts] and len(acts) == 5
 
 
 def test_the_error_in_json_is_that_of_the_page():

@@ -73,8 +73,7 @@ def make(engine, prefix, name):
 def test_a_scan_of_11_points_has_exact_positions(ioc, make, libraries):
     needs("bluesky", *libraries)
     found = client(ioc, f"import asyncio{make}{BLUESKY}")
-    assert found["x"] == found["m"] == [0.5 * n for n in range(11)]
-    assert found["s"] == [500 * n for n in range(11)]
+    assert found["x"] == found["m"] == [0.5 * n for n in range(11)] and found["s"] == [500 * n for n in range(11)]
 
 
 PYEPICS = """

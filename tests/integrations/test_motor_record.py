@@ -88,8 +88,7 @@ def test_a_move_ends_with_the_exact_readback_before_dmov():
         assert motor.values["RBV"] == 9.75
         await motor.put("RVAL", 500)
         await motor.put("TWF", 1)
-        assert motor.values["VAL"] == motor.values["RBV"] == 0.75
-        assert motor.values["MSTA"] & (DONE | MOVING) == DONE
+        assert motor.values["VAL"] == motor.values["RBV"] == 0.75 and motor.values["MSTA"] & (DONE | MOVING) == DONE
 
     run(session, **MM)
 

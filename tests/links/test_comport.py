@@ -59,8 +59,7 @@ def test_whoever_agrees_on_com_port_control_is_told_the_control_lines(asked, ans
     """A client that agrees to COM port control receives the control lines, even if the client has sent DO first."""
     port = ComPort(USUAL, "")
     port.set_modem_state(dsr=True, cts=True)
-    assert port.take_replies() == b""
-    assert say(port, asked + COM_PORT) == ([], answer + COM_PORT + sub(107, b"\x30"))
+    assert port.take_replies() == b"" and say(port, asked + COM_PORT) == ([], answer + COM_PORT + sub(107, b"\x30"))
 
 
 def test_nothing_is_told_to_a_client_that_does_not_speak_rfc_2217():

@@ -402,8 +402,7 @@ def test_a_master_goes_on_with_the_registers_that_have_come_and_is_told_how_the_
         for level in (True, False, True):
             served.do(lambda level=level: line.set(level))
         served.do(served.input.unmute)
-        assert host.line() == "! 1"
-        assert int(host.line(), 16) == new["1811"].bus.status
+        assert host.line() == "! 1" and int(host.line(), 16) == new["1811"].bus.status
         assert host.ask("w 0 41") == "ok"
         assert served.acts == [Do("write", "0 41", controller="1811")]
 
@@ -430,8 +429,7 @@ def test_acts_at_a_second_channel_are_recorded_from_the_first_one_on(served):
     with dial(address) as host:
         host.sendall(b"a=1 ")
         served.until(lambda: written in served.acts)
-    assert served.acts[0] == Do("flow", "dtr", controller="smartmotor.rs485")
-    assert served.acts.count(written) == 1
+    assert served.acts[0] == Do("flow", "dtr", controller="smartmotor.rs485") and served.acts.count(written) == 1
 
 
 def test_a_server_that_is_not_deaf_makes_the_ports_as_clients_want_them_at_once(served):

@@ -150,8 +150,7 @@ def test_a_servo_shows_where_it_should_be_its_brake_and_its_temperature(visit):
     assert written(visit, name, "brake-word", "temperature") == ["brake holds", "25.0"]
     motor.serial.write(b"UCI UDI ZS A=500 V=200000 P=20000 G ")
     visit.run(0.2)
-    assert not seen(visit, name)["brake", ".engaged"]
-    assert written(visit, name, "brake-word") == ["brake released"]
+    assert not seen(visit, name)["brake", ".engaged"] and written(visit, name, "brake-word") == ["brake released"]
     axis = motor.axes["shaft"]
     assert place(visit, name, "disc") == round(360 * axis.position / 2000, 1)
     assert place(visit, name, "ghost") == round(360 * axis.setpoint / 2000, 1) > place(visit, name, "disc")
@@ -172,8 +171,7 @@ def test_a_measuring_wheel_is_drawn_when_there_is_one_and_tells_on_what_it_sits(
     bench["smartmotor"].master.follow(bench["if1"].axes["X"], 5)
     go(bench["if1"].axes["X"], 100)
     visit.run(1)
-    assert seen(visit, name)["wheel", ".there"]
-    assert written(visit, name, "edges", "sits-on") == ["500", "on if1.X"]
+    assert seen(visit, name)["wheel", ".there"] and written(visit, name, "edges", "sits-on") == ["500", "on if1.X"]
     assert place(visit, name, "tyre") == 180.0
 
 

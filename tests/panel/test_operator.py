@@ -90,8 +90,7 @@ def test_an_invalid_operator_panel(tmp_path, text, message):
 def test_the_tutor_names_the_buttons_of_the_panel(context):
     session, cell = context.session, context.bench["cell"]
     tutor, remedies = Tutor(cell, PanelRemedies(context, "cell")), PanelRemedies(context, "cell")
-    assert remedies.drive("input1", "high") == "press Start"
-    assert remedies.drive("input1", "low") == "release Start"
+    assert remedies.drive("input1", "high") == "press Start" and remedies.drive("input1", "low") == "release Start"
     assert remedies.drive("input2", "high") == "turn Mode to auto"
     assert tutor.why()[0].startswith("the self-test")
     context.bench.run(1.5)

@@ -65,8 +65,7 @@ def test_a_port_that_is_taken():
         port = taken.getsockname()[1]
         code, words = refused("serve", "if1", "--panel", port)
     assert code == 2
-    assert words.count("\n") == 1
-    assert f"cannot show a panel on 127.0.0.1:{port}: address already in use" in words
+    assert words.count("\n") == 1 and f"cannot show a panel on 127.0.0.1:{port}: address already in use" in words
 
 
 def test_frames_leave_without_delay():

@@ -90,8 +90,7 @@ def test_another_output_may_be_the_tool_or_none_and_the_person_keeps_it(visit):
     visit.choose("if2 tool", "output3")
     visit.bench["if2"].pins["output3"].set(True)
     visit.run(0.1)
-    assert top(visit)["tool", "text"] == "output3 high"
-    assert visit.context.person.settings["if2 tool"] == "output3"
+    assert top(visit)["tool", "text"] == "output3 high" and visit.context.person.settings["if2 tool"] == "output3"
     visit.choose("if2 tool", "")
     visit.frame()
     assert (top(visit)["head", ".down"], top(visit)["tool", "text"]) == (False, "")

@@ -27,8 +27,7 @@ def test_a_position_is_the_nearest_count(per, text, counts):
 @given(counts=st.integers(-(10**9), 10**9), per=st.integers(1, 10**6), parts=st.integers(1, 1000))
 def test_a_shown_position_is_the_same_count_when_read(counts, per, parts):
     units = MachineUnits.given({"per": f"{per}/{parts}", "of": "deg"})
-    assert position(f"{units.shown(counts)} deg", units) == counts
-    assert MachineUnits.written(str(units)) == units
+    assert position(f"{units.shown(counts)} deg", units) == counts and MachineUnits.written(str(units)) == units
 
 
 @pytest.mark.parametrize(("text", "units", "message"), [

@@ -89,8 +89,7 @@ def test_names_ports_and_options(scene, tmp_path):
     )
     assert made.ports == [("if1", "tcp://127.0.0.1:0"), ("if1", "pty:/tmp/a"), ("left", "rfc2217://127.0.0.1:0")]
     bench = made.build()
-    assert list(bench.controllers) == ["if1", "left"]
-    assert str(bench["if1"].serial.host.format) == "1200 7E1"
+    assert list(bench.controllers) == ["if1", "left"] and str(bench["if1"].serial.host.format) == "1200 7E1"
 
     bench.run(1.5)
     left = bench["left"].serial
@@ -279,5 +278,4 @@ def test_places_in_a_file():
     assert shown["controller", 0, "axes", "X"] == "[controller."
     assert shown["controller", 0, "axes", "X", "motor", "torque", 1, 0] == "1000, 0.5]]"
     assert shown["controller", 1, "model"].startswith('model = """')
-    assert shown["controller", 1, "axes", "Y", "limits", 1] == "2]"
-    assert shown["wire", 0, "from"] == 'from = "a.b"'
+    assert shown["controller", 1, "axes", "Y", "limits", 1] == "2]" and shown["wire", 0, "from"] == 'from = "a.b"'

@@ -76,8 +76,7 @@ def test_the_seeds_of_faults_are_derived_from_the_seed_of_the_scene(scene):
     with pytest.raises(AxistwinError, match="is random and needs a seed"):
         scene(text).build()
     bench = scene("seed = 7\n" + text).build()
-    assert [fault.seed for fault in bench.faults] == [7000, 7001]
-    assert bench.origin["seed"] == "7"
+    assert [fault.seed for fault in bench.faults] == [7000, 7001] and bench.origin["seed"] == "7"
     assert bench.origin["scene"].startswith("s.toml sha256:")
 
 

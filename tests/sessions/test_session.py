@@ -105,8 +105,7 @@ async def test_steps():
     session.say("if1", MOVE)
     began_ns = session.bench.now
     assert not session.bench["if1"].axes["X"].moving and await session.step("move")
-    assert session.bench["if1"].axes["X"].moving
-    assert began_ns < session.bench.now < began_ns + 100 * MS
+    assert session.bench["if1"].axes["X"].moving and began_ns < session.bench.now < began_ns + 100 * MS
     assert await session.step("move") and position(session) == 100
     assert not session.bench["if1"].axes["X"].moving
     session.say("if1", b"E\r")
@@ -221,8 +220,7 @@ async def test_who_is_on_the_way_may_give_up_and_stands_where_he_has_come_to(mon
         await asyncio.sleep(0)
     session.give_up()
     await going
-    assert (session.busy, session.progress, session.repeating) == (False, None, True)
-    assert session.seconds < 2.0
+    assert (session.busy, session.progress, session.repeating) == (False, None, True) and session.seconds < 2.0
     monkeypatch.undo()
     await session.go_to(end_s)
     assert (session.seconds, position(session)) == (end_s, 0)

@@ -169,8 +169,7 @@ j=j+1
 def all_bits(bench: Bench, motor: Controller) -> str:
     """Return the letters of the bits of RW that are 1, least significant first; RBx, RS and RPW must agree."""
     word = int(ask(bench, motor, "RW", 0))
-    assert int(ask(bench, motor, "RS", 0)) == word & 0xFF
-    assert ask(bench, motor, "RPW", 0).split(",")[1] == str(word)
+    assert int(ask(bench, motor, "RS", 0)) == word & 0xFF and ask(bench, motor, "RPW", 0).split(",")[1] == str(word)
     singly = send(bench, motor, "".join(f"RB{letter} " for letter in BITS), 0).split()
     assert [int(bit) for bit in singly] == [int(word & value > 0) for value in BITS.values()]
     return "".join(letter for letter, value in BITS.items() if word & value)

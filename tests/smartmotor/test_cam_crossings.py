@@ -51,5 +51,4 @@ def test_ci_over_and_over_follows_d(bench, motor):
         end, position = end + 8000 + dwell, position + 500
         turn_to(bench, motor, end - 2000)
         send(bench, motor, f"D={dwell + 1} MC CI", 0)
-        assert turn_to(bench, motor, end - 1) == position
-        assert turn_to(bench, motor, end + 1000) == position + 250
+        assert turn_to(bench, motor, end - 1) == position and turn_to(bench, motor, end + 1000) == position + 250

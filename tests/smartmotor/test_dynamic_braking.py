@@ -98,8 +98,7 @@ def test_off_brakes_with_brksrv(bench):
 def test_brkrls_alone_does_not_end_mtb():
     """5.2: MTB ends with BRKRLS and then OFF; in the other order the windings stay shorted."""
     braked = stopped_by("frame23", "MTB")[0]
-    assert stopped_by("frame23", "OFF BRKRLS")[0] == braked
-    assert stopped_by("frame23", "BRKRLS MTB")[0] == braked
+    assert stopped_by("frame23", "OFF BRKRLS")[0] == braked and stopped_by("frame23", "BRKRLS MTB")[0] == braked
 
 
 def test_mtb_after_coasting_has_begun(bench):

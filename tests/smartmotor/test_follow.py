@@ -137,8 +137,7 @@ def test_pins_a_and_b_show_the_quadrature_of_the_external_encoder(bench, motor, 
     for count in range(9):
         a, b = forwards[sign * count % 4]
         motor.master.move(0 if count == 0 else sign, 0)
-        assert levels(motor) == (a, b)
-        assert (motor.pins["A"].volts, motor.pins["B"].analog) == (5.0 * a, 1023 * b)
+        assert levels(motor) == (a, b) and (motor.pins["A"].volts, motor.pins["B"].analog) == (5.0 * a, 1023 * b)
         report = send(bench, motor, "RUA RUB RUAA RUBA RU")
         assert report == f"{a:d}\r{b:d}\r{1023 * a}\r{1023 * b}\r{124 + a + 2 * b}\r".encode()
     assert send(bench, motor, "RCTR") == b"%d\r" % (8 * sign)

@@ -19,8 +19,7 @@ def test_a_trapezoid_of_whole_counts(bench, motor):
     assert send(bench, motor, b"A=65536 V=10*65536 P=1000 G RBt ", 0) == b"1\r"
     path = positions(bench, motor, 112)
     assert path[:11] == [1, 3, 6, 10, 15, 21, 28, 36, 45, 55, 65]
-    assert path[98:109] == [945, 955, 964, 972, 979, 985, 990, 994, 997, 999, 1000]
-    assert path.index(1000) == 108
+    assert path[98:109] == [945, 955, 964, 972, 979, 985, 990, 994, 997, 999, 1000] and path.index(1000) == 108
 
 
 def test_s_stops_at_once(bench, motor):

@@ -132,8 +132,7 @@ def test_a_dry_run_prints_the_pins_of_the_hal_component(scene, capsys, tmp_path)
     ):
         assert line in out.splitlines()
     code, _, err = run(capsys, "stand-in", scene(HAL_SCENE), "--board", "/dev/ttyACM0")
-    assert (code, err.count("\n")) == (2, 1)
-    assert "the scene uses LinuxCNC HAL: remove the option --board" in err
+    assert (code, err.count("\n")) == (2, 1) and "the scene uses LinuxCNC HAL: remove the option --board" in err
     code, _, err = run(capsys, "stand-in", scene(HAL_SCENE.replace("table", "t" * 30)), "--dry-run")
     assert code == 1
     assert "is too long: expected at most 47 characters" in err

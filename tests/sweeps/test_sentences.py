@@ -180,8 +180,7 @@ def test_energy_of_a_move_and_of_axes_without_windings(tmp_path):
         .to_pylist()
     )
     short, long = (row["joules"] for row in rows)
-    assert 0 < short < long < 1000
-    assert [row["economical.robustness"] for row in rows] == [1000 - short, 1000 - long]
+    assert 0 < short < long < 1000 and [row["economical.robustness"] for row in rows] == [1000 - short, 1000 - long]
     for axis, told in (("table.X", "the energy of axis table.X is unknown"), ("table.Q", "no axis")):
         with pytest.raises(AxistwinError, match=told):
             Sweep(stepper(tmp_path)).measure("joules", f"energy {axis}").check()

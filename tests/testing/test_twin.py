@@ -423,8 +423,7 @@ def test_a_motor_says_once_why_it_does_not_move():
     assert told == []
     motor.serial.write(b"A=100 V=100000 P=4000 G G ")
     bench.run(1)
-    assert told == [motor.hint]
-    assert motor.hint.startswith("in a limit fault, as pins C and D are not held low")
+    assert told == [motor.hint] and motor.hint.startswith("in a limit fault, as pins C and D are not held low")
 
 
 def test_refused_lines_are_logged_and_bytes_are_as_before(caplog):

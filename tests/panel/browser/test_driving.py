@@ -168,6 +168,5 @@ def test_the_trace_and_the_recording_end_when_somebody_goes_back(machine, panel)
     after = (machine[2] / "first.csv").read_bytes()
     panel.step("event")
     told = "axistwin: trace and recording end here: the session has gone back in time\n"
-    assert (machine[2] / "stderr").read_text().count(told) == 1
-    assert (machine[2] / "first.csv").read_bytes() == after
+    assert (machine[2] / "stderr").read_text().count(told) == 1 and (machine[2] / "first.csv").read_bytes() == after
     assert (machine[2] / "first.talk").read_text().startswith("; model: if2")
