@@ -75,9 +75,7 @@ class Master(Connection):
 
     def __init__(self, slot: Slot) -> None:
         super().__init__(slot)
-        self.slot = slot
-        self._line = b""
-        self._too_long = False
+        self.slot, self._line, self._too_long = slot, b"", False
         self._unsubscribe: Callable[[], None] | None = None
         self._changes: list[bool] = []
         self._last_reported = False

@@ -91,8 +91,7 @@ class Plug(SingleClient[SerialClient]):
         self.serial, self.title = serial, title or name
         self.flow, self.reset = flow, reset
         self.default_format = self.serial.host.format
-        self._flush_requested = False
-        self._errors = SOUND
+        self._flush_requested, self._errors = False, SOUND
         self._break_from_ns: int | None = None
         self._stop_observing: Callable[[], None] | None = None
         self.hang_ups: Signal[bool] = Signal()  # Event: the port is gone (True) or has come back.

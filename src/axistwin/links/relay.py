@@ -63,9 +63,7 @@ class Relay:
         wiring = direct(self._pass_through, instant=True)
         self.port = SerialPort(clock, wiring, Pin(clock, "dtr", True), Pin(clock, "rts", True), line=line)
         self.bench.lines[name] = SharedLine(self.port, (), "serial")
-        self._applied = line
-        self._outgoing = bytearray()
-        self._closing = False
+        self._applied, self._outgoing, self._closing = line, bytearray(), False
         self._lines: Lines | None = None
         self._thread: Thread | None = None
         self.raw = url.startswith("socket://")  # True if the transport carries characters only.

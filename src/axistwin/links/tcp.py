@@ -70,8 +70,7 @@ class Connection(asyncio.BufferedProtocol, ABC):
     """True if the client's requests are answered: nothing is read while the client does not read the answers."""
 
     def __init__(self, plug: Connector) -> None:
-        self.plug, self.name = plug, ""
-        self.stalled = False
+        self.plug, self.name, self.stalled = plug, "", False
         self._buffer = bytearray(CHUNK)
         self._view = memoryview(self._buffer)
         self._transport: asyncio.Transport
@@ -171,8 +170,7 @@ class TcpClient(Connection):
     def __init__(self, plug: SerialConnector) -> None:
         super().__init__(plug)
         self.plug: SerialConnector = plug
-        self.dropped = 0
-        self._last, self._has_told = b"", False
+        self.dropped, self._last, self._has_told = 0, b"", False
 
     def resume_writing(self) -> None:
         if self.dropped:

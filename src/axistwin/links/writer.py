@@ -15,8 +15,7 @@ class Writer:
     def __init__(self, descriptor: int, name: str) -> None:
         self.descriptor, self.name = descriptor, name
         self._loop = asyncio.get_running_loop()
-        self._waiting = bytearray()
-        self._dropped = 0
+        self._waiting, self._dropped = bytearray(), 0
 
     def write(self, data: bytes) -> None:
         """Write data to the descriptor, and buffer the bytes that the descriptor does not accept yet."""

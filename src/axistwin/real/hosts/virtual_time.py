@@ -16,8 +16,7 @@ class VirtualEnd(End):
 
     def __init__(self, bench: Bench, controller: Controller) -> None:
         super().__init__()
-        self.bench, self.controller = bench, controller
-        self._messages = bytearray()
+        self.bench, self.controller, self._messages = bench, controller, bytearray()
         self._host = None
         if controller.product.attend is not None:
             self._host = controller.product.attend(controller.bus)

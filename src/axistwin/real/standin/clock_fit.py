@@ -24,8 +24,7 @@ class ClockFit:
     def __init__(self, nominal_hz: float) -> None:
         self.nominal_hz = nominal_hz
         self._samples, self._count = np.empty((SAMPLES, 3)), 0
-        self._latest = 0
-        self._time_s, self._ticks, self.hz = 0.0, 0.0, nominal_hz
+        self._latest, self._time_s, self._ticks, self.hz = 0, 0.0, 0.0, nominal_hz
         self.error_s = math.inf
         """Error of the line in seconds: its standard error at the latest sample, and the largest contradiction.
 

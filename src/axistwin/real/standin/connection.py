@@ -36,8 +36,7 @@ class Connection:
     """Sends commands, and decodes responses; `fail` is called with the reason of a failed request."""
 
     def __init__(self, fail: Callable[[str], None]) -> None:
-        self._fail = fail
-        self.now_s = 0.0
+        self._fail, self.now_s = fail, 0.0
         self.channel, self.dictionary = Channel(), Dictionary()
         self.clock = ClockFit(1.0)
         self._requests: list[_Request] = []

@@ -100,8 +100,7 @@ class _Sessions(InternalServer):
         super().__init__(user_manager)
         self.subscription_service = _Subscriptions(self.aspace, iserver=self)
         self.guesses = Guesses(user_manager.names if isinstance(user_manager, Users) else ())
-        self.allow_remote_admin = False
-        self.max_connections = MOST_CLIENTS
+        self.allow_remote_admin, self.max_connections = False, MOST_CLIENTS
         self.max_session_timeout_ms = LONGEST_ABSENCE_MS
 
     def create_session(self, *arguments: Any, **named: Any) -> InternalSession:

@@ -27,8 +27,7 @@ class Axis:
     """An axis that interpolates its commanded position between points; each point is a time and a position."""
 
     def __init__(self, name: str) -> None:
-        self.name = name
-        self.position = 0.0
+        self.name, self.position = name, 0.0
         self.knots: deque[tuple[float, float]] = deque()
 
     def move(self, now_s: float) -> float:
