@@ -274,15 +274,13 @@ def _plugged(commands: dict[int, Opcode]) -> list[Case]:
                 for code in (0x75, 0x76, 0x7D, 0x7E) for on in ("01 01", "01 00")[: 2 if trigger == 1 else 1]
             ),
             case(0x7F, "53 03 10 00 00 00 00 00 64", low, f"7F {number} 01 01", "E3 01 00 05" + " 00" * 12, "E2",
-                 "0D 06",
-                 "E2", f"7F {number} 00 00", "78", "50", name=f"{commands[0x7F].name} {trigger}"),
+                 "0D 06", "E2", f"7F {number} 00 00", "78", "50", name=f"{commands[0x7F].name} {trigger}"),
         ]  # fmt: skip
     return [
         *found,
         *(
             case(code, "0D 00", f"{code:02X} 01", "31 00 00 00 00 00 C8 00 00 27 10", "33 FF FF FE 70", "0D 02", "89",
-                 "88", "0D 00",
-                 "33 FF FF FF FB", f"{code:02X} 00", name=f"{commands[code].name}, and its time")
+                 "88", "0D 00", "33 FF FF FF FB", f"{code:02X} 00", name=f"{commands[code].name}, and its time")
             for code in (0xAA, 0xAB)
         ),
         case(0x0D, "0D 00", "31 00 00 00 00 03 E8 00 00 27 10", name="outputs low"),
@@ -307,8 +305,7 @@ def _bare(commands: dict[int, Opcode]) -> list[Case]:
         case(0x13, "13 01", "0D 04", "94", "0D 06", "94", "13 00", "0D 04", "94", "0D 06", "94", plug=True),
         case(0x14, "0D 00", "14 00", "33 00 00 00 05", "94", "14 01", "33 00 00 00 05", "94", "14 00", plug=True),
         case(0x39, "0D 04", "38 01 00 32 00", "31 00 00 00 00 01 F4 00 00 27 10", "A4 01", "39 00", "8C", "0D 00",
-             "0D 04",
-             "78", "8A", "0D 00", "A4 00", plug=True, wait_s=0.6),
+             "0D 04", "78", "8A", "0D 00", "A4 00", plug=True, wait_s=0.6),
     ]  # fmt: skip
 
 

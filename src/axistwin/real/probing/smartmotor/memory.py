@@ -258,8 +258,7 @@ def locking(commands: Mapping[str, Instruction]) -> list[Case]:
     section = commands["LOCKP"].chapter
     return [
         case("a locked program", section, *loading("RUN?\nEND\n"), "Zs LOCKP", "UPLOAD", "RBs", "Zs UP", "RBs",
-             "RCKS Zs",
-             stores=True, bare=True),
+             "RCKS Zs", stores=True, bare=True),
         case("a program after a lock", section, *loading("RUN?\nEND\n"), *sending("UPLOAD", 9), "RBs", stores=True,
              bare=True),
     ]  # fmt: skip

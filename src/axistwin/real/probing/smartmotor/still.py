@@ -6,8 +6,7 @@ from axistwin.real.probing.cases import Case
 
 CR = b"\r"
 BUFFERED = ("A=", "V=", "P=", "KP=", "KI=", "KD=", "KL=", "KS=", "KV=", "KA=", "KG=", "MFMUL=", "MFDIV=", "BASE=",
-            "SIZE=",
-            "SLN=", "SLP=", "T=", "CLK=")  # fmt: skip
+            "SIZE=", "SLN=", "SLP=", "T=", "CLK=")  # fmt: skip
 """Settings that take effect only at the next G, F, MT or SLE, and the counter of samples."""
 DATA = ("a…zzz=", "ab[]=", "aw[]=", "al[]=", "EPTR=", "VLD()", "VST()", "Zd", "Zu", "Zs", "Zb", "Zc", "Zf")
 """Variables, the data EEPROM, and flags that do not prevent motion."""
