@@ -208,11 +208,10 @@ def _plugged(commands: dict[str | int, Instruction], end: bytes) -> list[Case]:
 
     return [
         case("S", b"R125$", b"I", b"S1$", b"I", b"S25$", b"I", b"R2$", b"I", b"R15$", b"I"),
-        case("R", b"S125$", b"I", b"R125$", b"I"),
-        case("P", b":P2,99:$", b"I", b" ", b"I"),
+        case("R", b"S125$", b"I", b"R125$", b"I"), case("P", b":P2,99:$", b"I", b" ", b"I"),
         case("L", b"S1$", b":L1:X+10:$", b"E", b"#", b"E", b"R1$", b":L1:X-10:$", b"N"),
         case("H", b"R1$", b":H1:X+10:$", b"E", b"#", b"E", b"S1$", b":H1:X-10:$", b"N", b"R1$"),
-    ]
+    ]  # fmt: skip
 
 
 def equip(controller: Controller, facts: Mapping[str, str]) -> None:

@@ -211,14 +211,11 @@ def _flow(commands: Mapping[str, Instruction]) -> list[Case]:
         loaded("load a program", storage, FLOW),
         called("upload the program", *sending("UPLOAD", len(FLOW)), b"RBk\r", code="UPLOAD"),
         called("upload the image", *sending("UP", 160), b"RSP\r", code="UP"),
-        called("RUN and RUN?", "RUN", "RUN", "RBs"),
-        called("a subroutine in a subroutine", "Zs GOSUB10", "Rb RBs"),
+        called("RUN and RUN?", "RUN", "RUN", "RBs"), called("a subroutine in a subroutine", "Zs GOSUB10", "Rb RBs"),
         called("WHILE, IF, BREAK", "c=0 d=0 GOSUB12", "Rc Rd RBs"),
         *(called(f"SWITCH with {value}", f"e={value} f=0 GOSUB13", "Rf") for value in (1, 2, 3, 9)),
-        called("GOTO", "g=0 GOSUB14", "Rg RBs"),
-        called("GOTO of a host", "h=0 GOTO23", "Rh RBs"),
-        called("STACK", "h=0 GOSUB16", "Rh RBs Zs", code="STACK"),
-        called("WAIT", "GOSUB17", "RBs"),
+        called("GOTO", "g=0 GOSUB14", "Rg RBs"), called("GOTO of a host", "h=0 GOTO23", "Rh RBs"),
+        called("STACK", "h=0 GOSUB16", "Rh RBs Zs", code="STACK"), called("WAIT", "GOSUB17", "RBs"),
         called("a pause until a character", "GOSUB18", "a=0", "RBs", code="!"),
         called("a program's report of the sample counter", "GOSUB19", code="RCLK"),
         called("more than ten calls", "j=0 GOSUB20", "Rj RBs Zs"),
@@ -228,10 +225,9 @@ def _flow(commands: Mapping[str, Instruction]) -> list[Case]:
         ),
         called("RETURN of a host", "Zs GOSUB27", "RETURN", "RBs", "RETURN", "RBs Zs", code="RETURN"),
         called("SILENT and TALK of a program", "GOSUB22", "SILENT GOSUB25", "TALK GOSUB25", code="SILENT"),
-        called("the duration of a statement", "GOSUB24", "Rn"),
-        called("TWAIT without motion", "GOSUB26"),
+        called("the duration of a statement", "GOSUB24", "Rn"), called("TWAIT without motion", "GOSUB26"),
         called("an unknown label", "Zs GOSUB99 RBs", "Zs GOTO999 RBs Zs"),
-    ]
+    ]  # fmt: skip
 
 
 def _channel(commands: Mapping[str, Instruction]) -> list[Case]:

@@ -165,14 +165,8 @@ def _bare(commands: Mapping[str, Instruction]) -> list[Case]:
 
 def _cam(commands: Mapping[str, Instruction], two: str, table: bytes, code: str) -> Case:
     lines = (
-        table,
-        f"OFF O=0 MF0 BASE=32 SIZE=4 {code} G",
-        "RMODE",
-        two,
-        "PRINT(CX,#13) RP RCTR",
-        two,
-        "PRINT(CX,#13) RP",
-    )
+        table, f"OFF O=0 MF0 BASE=32 SIZE=4 {code} G", "RMODE", two, "PRINT(CX,#13) RP RCTR", two, "PRINT(CX,#13) RP",
+    )  # fmt: skip
     return case(f"mode cam, {code}", commands[code].chapter, *lines, "OFF MP", *ASKS, bare=True, wait_s=MOVE_S)
 
 
