@@ -124,8 +124,7 @@ Event = bytes | SetFormat | SetLines | SetBreak | SetFlow | Purge | Suspend
 
 OURS = frozenset((Option.BINARY, Option.ECHO, Option.SUPPRESS_GO_AHEAD, Option.COM_PORT))
 """Options that the server accepts for itself.  An echo, if any, comes from the controller."""
-THEIRS = frozenset((Option.BINARY, Option.SUPPRESS_GO_AHEAD, Option.COM_PORT))
-"""Options that the server accepts for the client."""
+THEIRS = frozenset((Option.BINARY, Option.SUPPRESS_GO_AHEAD, Option.COM_PORT))  # Accepted for the client.
 PARTS: dict[Code, tuple[str, dict[int, Any]]] = {
     Code.SET_DATASIZE: ("bytesize", {size: size for size in BITS}),
     Code.SET_PARITY: ("parity", {1: "N", 2: "O", 3: "E", 4: "M", 5: "S"}),

@@ -27,8 +27,7 @@ log = getLogger("axistwin.links")
 
 DEVICE_ERRORS: tuple[type[Exception], ...] = (OSError, ValueError, *TERMIOS_ERRORS)
 """Exceptions of pyserial for a device that does not exist, is lost, or does not support a setting."""
-READ_S = 0.02
-"""Timeout in seconds of a read in a thread; after each read, the thread checks if it must close the device."""
+READ_S = 0.02  # Timeout in seconds of a read; after it, a thread checks if it must close the device.
 WRITE_S = 1.0  # Timeout of a write in seconds; characters that the device has not accepted by then are lost.
 
 Receive = Callable[[bytes], None]
@@ -164,8 +163,7 @@ class ThreadStream:
             self._dropped = 0
 
 
-Stream = DescriptorStream | ThreadStream
-"""Reads and writes an open device; the constructor's callbacks are called in the event loop."""
+Stream = DescriptorStream | ThreadStream  # Reads and writes an open device; calls back in the event loop.
 
 
 def stream(device: "serial.Serial", name: str, receive: Receive, lose: Lose) -> Stream:

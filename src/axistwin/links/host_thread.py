@@ -18,8 +18,7 @@ from typing import Any, SupportsIndex
 from axistwin.core.units import to_ns
 
 POLLS, POLL_S = 3, 0.0003  # Number of polls in which a blocked thread must be sleeping, and seconds between two polls.
-REACTION_S = 0.02
-"""Seconds without activity after which a host counts as blocked, on systems that do not report thread states."""
+REACTION_S = 0.02  # Seconds without activity after which a host counts as blocked, without reported states.
 
 
 class HostThread:
@@ -28,8 +27,7 @@ class HostThread:
     def __init__(self, function: Callable[..., Any], arguments: tuple[Any, ...], keywords: dict[str, Any]) -> None:
         self._call = partial(function, *arguments, **keywords)
         self._now: Callable[[], int] | None = None
-        self.wakes_ns: int | None = None
-        """Virtual time at which the present `time.sleep` of the host ends; None while the host does not sleep."""
+        self.wakes_ns: int | None = None  # Virtual time at which its present `time.sleep` ends, if it sleeps.
         self.slept_ns = 0  # Length of the latest sleep.
         self._due, self._awake = threading.Event(), threading.Event()
         self._outcome: Any = None

@@ -12,10 +12,7 @@ from axistwin.core.units import MS, to_seconds
 from axistwin.links.pacing import Pacer
 
 SAME_ANSWER_NS = 3 * MS  # Longest pause within an answer of a controller (about 3 characters at 9600 baud).
-IDLE_TURNS = 10
-"""Number of turns of the event loop without input after which no data from hosts are pending.  Accepting a client takes
-several turns.
-"""
+IDLE_TURNS = 10  # Turns of the event loop without input after which none is pending; a new client takes several.
 
 
 class ManualPacer(Pacer):

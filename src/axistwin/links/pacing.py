@@ -23,8 +23,9 @@ T = TypeVar("T")
 
 SLICE_S = 0.002  # Longest time that the bench runs before sockets are served again.
 BLOCK_S = 0.005  # Shortest interval between two advances of the bench by the wall clock.
-MAX_LAG_S = 1.0
-"""Largest delay in seconds that is caught up; after a larger delay, virtual time continues from its present value."""
+MAX_LAG_S = (
+    1.0  # Largest delay in seconds that is caught up; after a larger one, virtual time goes on from where it is.
+)
 LATE_S = 0.025  # Delay in seconds above which an event counts as an overrun.
 MAX_SPEED = 1e6  # Upper limit of the speed, times real time.
 
@@ -96,14 +97,10 @@ class Pacer:
 
     def __init__(self, clock: Clock, speed: float | None = 1.0) -> None:
         self.clock = clock
-        self.advancing = False
-        """True while the bench is being advanced; an action at this time is an action of the bench itself."""
-        self.passes = 0
-        """Number of advances.  Inputs between two advances have the same number: they arrive at the same time."""
-        self.on_failure: Callable[[AxistwinError], None] | None = None
-        """Function that is called with the error of a failed planned action; None: the error is raised."""
-        self.on_defect: Callable[[Exception], None] | None = None
-        """Function that is called with any other error of the bench (a bug of axistwin) before it is raised."""
+        self.advancing = False  # True while the bench advances; an action then is one of the bench itself.
+        self.passes = 0  # Number of advances; inputs with the same number arrive at the same time.
+        self.on_failure: Callable[[AxistwinError], None] | None = None  # Called if a planned action fails; None: raise.
+        self.on_defect: Callable[[Exception], None] | None = None  # Called with any other error, a bug, then raised.
         self._to_flush: list[Port] = []
         self._advanced: Signal[[]] = Signal()
         self.plan = 0
@@ -111,8 +108,7 @@ class Pacer:
         self.delays = Delays()
         self._speed = speed
         self._loop: asyncio.AbstractEventLoop | None = None
-        self._drive: RealTime | FullSpeed | None = None
-        """The object that advances virtual time; None while virtual time is stopped."""
+        self._drive: RealTime | FullSpeed | None = None  # None while virtual time is stopped.
 
     @property
     def speed(self) -> float | None:

@@ -18,9 +18,7 @@ from axistwin.sim.signal import Signal
 
 FULL = 512  # Limit of queued characters: above this number nothing is read from the client until half of them are sent.
 CHUNK = 512  # Largest number of characters read from a client at once.
-INSTANT_CHUNK = 32
-"""Largest number of characters read at once for an instant line, where a chunk is processed while other clients wait.
-"""
+INSTANT_CHUNK = 32  # Like `CHUNK`, for an instant line, which is processed while other clients wait.
 FEW = 64  # Limit of queued characters while the bench is behind the wall clock; above this number nothing is read.
 
 

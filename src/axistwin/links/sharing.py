@@ -25,8 +25,7 @@ WORDS = re.compile(rb'(?:(?:[^"\r\n\0 ]|"[^"\r\n\0]*(?:"|(?=[\r\n\0])))*[\r\n\0 
 LONGEST_LINE = FULL  # Longest line in bytes; a client that sends more without an end is disconnected.
 SILENCE_S = 0.05
 MOST_SEATS = 100
-LONGEST_S = 2.0
-"""Longest time from the end of a request to the request of a waiting client, for a controller that always transmits."""
+LONGEST_S = 2.0  # Longest time from the end of a request to the next client's, if a controller always transmits.
 
 
 class Seat:
@@ -87,13 +86,11 @@ class Hub:
     def __init__(self, plug: Plug, *, motors: bool = False) -> None:
         self.plug, self.name, self._motors = plug, "", motors
         self._seats: list[Seat] = []
-        self._queue: list[Seat] = []
-        """Seats with waiting characters, longest wait first; the seat whose request is in progress is not here."""
+        self._queue: list[Seat] = []  # Waiting for a turn, longest wait first; without the present one.
         self._turn: Seat | None = None
         self._complete = False  # True after the terminator of the present request.
         self._complete_at_s = 0.0
-        self._last: tuple[Seat | None, bytes] = None, b""
-        """The seat that has sent the last character, and this character."""
+        self._last: tuple[Seat | None, bytes] = None, b""  # Who has sent the last character, and the character.
         self._timer: asyncio.TimerHandle | None = None
 
     def seat(self) -> TcpClient:

@@ -63,8 +63,7 @@ class SingleClient(Generic[G]):
         self.client: G | None = None
         self.heard_ns = -1  # Virtual time at which a client has last sent data, in ns; -1 if none has.
         self._has_refused = False
-        self._has_disconnected = False
-        """True if the client has disconnected while the gate was closed, i.e. while no client could send data."""
+        self._has_disconnected = False  # True if the client has left while the gate was closed and nobody could send.
         self.gate.changes.subscribe(self._gate_changed)
 
     @property

@@ -24,8 +24,7 @@ from axistwin.sim.serial_port import Flow
 
 log = getLogger("axistwin.links")
 
-RECEIVE_BUFFER = 16 * 1024
-"""Size of the system's receive buffer; a client that sends too fast is soon blocked, as on a real line."""
+RECEIVE_BUFFER = 16 * 1024  # The system's receive buffer: a client that sends too fast is blocked, as on a real line.
 STALLED = 64 * 1024  # Largest number of bytes that are buffered for a client that does not read.
 WEB_REQUESTS = tuple(
     method + b" /" for method in (b"GET", b"POST", b"HEAD", b"PUT", b"PATCH", b"DELETE", b"OPTIONS")
@@ -66,8 +65,7 @@ class Connection(asyncio.BufferedProtocol, ABC):
     """Base class for the TCP connection of a client.  The derived classes add a protocol, e.g. raw TCP."""
 
     linger_s = LINGER_S
-    answers = False
-    """True if the client's requests are answered: nothing is read while the client does not read the answers."""
+    answers = False  # True if requests are answered: nothing is read while the client does not read the answers.
 
     def __init__(self, plug: Connector) -> None:
         self.plug, self.name, self.stalled = plug, "", False

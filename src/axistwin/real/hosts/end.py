@@ -32,10 +32,8 @@ class End(ABC):
 
     def __init__(self) -> None:
         self.frame_s = 0.0  # Time of one character on the line.
-        self.echo = False
-        """True if the controller sends each character back; an echo is not the answer for which a request waits."""
-        self.received = bytearray()
-        """All data received since `begin`, including those that came after the end of an answer."""
+        self.echo = False  # True if the controller echoes; an echo is not the answer for which a request waits.
+        self.received = bytearray()  # All data since `begin`, including what came after the end of an answer.
         self.late_s = 0.0  # Time by which this program was late with requests since `begin`.
         self._ended: float | None = None
 

@@ -33,8 +33,7 @@ class Goal:
     target: int | None = None
     homing: bool = False
     failure: str = ""  # Why the motion failed; "" if it did not.
-    begun: asyncio.Event = field(default_factory=asyncio.Event)
-    """Set when the motion has begun, has failed, or has been replaced."""
+    begun: asyncio.Event = field(default_factory=asyncio.Event)  # Set when it has begun, failed or been replaced.
 
 
 class DrivenAxis:
@@ -57,8 +56,7 @@ class DrivenAxis:
         self._starting: Goal | None = None
         self._stopped: Goal | None = None  # The motion that a request has stopped, until the axis is at rest.
         self._phase = Phase.REST
-        self._stop: Callable[[], Procedure[None]] | None = None
-        """The request that still has to be sent to end the present motion; a poll repeats it after an error."""
+        self._stop: Callable[[], Procedure[None]] | None = None  # Still to be sent; a poll repeats it after an error.
         self._rest, self._go = asyncio.Event(), asyncio.Event()
         self._rest.set()
         self._go.set()

@@ -26,13 +26,10 @@ class Case:
     form: bool = False  # True if only the form of the answer is compared, because its value changes without a command.
     wait_s: float = 0.0  # Seconds to wait for the effect of each request.
     timed: bool = True  # False if the time of the answer depends on the machine.
-    stores: bool = False
-    """True if the case needs programs or data in nonvolatile memory, whose contents the probe restores."""
-    bare: bool = False
-    """True if the case may be performed only without a machine: it follows inputs, or changes switches and brakes."""
+    stores: bool = False  # True if it needs programs or data in nonvolatile memory, which the probe restores.
+    bare: bool = False  # True if it needs a controller without machine: it follows inputs, or changes brakes.
     plug: bool = False  # True if the case needs the test plug, which connects outputs to inputs.
-    waits: tuple[tuple[int, float], ...] = ()
-    """Requests by their numbers from 0, and the seconds to wait for each, instead of `wait_s`."""
+    waits: tuple[tuple[int, float], ...] = ()  # By number of the request from 0: seconds to wait, not `wait_s`.
 
     def wait(self, number: int, otherwise: float) -> float:
         return dict(self.waits).get(number, otherwise)
@@ -45,10 +42,8 @@ class Condition:
     facts: dict[str, str] = field(default_factory=dict)  # Facts for the report: firmware, part number.
     no_writes: str = ""  # Reason why the probe must not change settings; "" if the probe may change settings.
     no_motion: str = ""  # Reason why the probe must not move the motors; "" if motion is possible.
-    no_memory: str = ""
-    """Reason why the probe must not write nonvolatile memory; "" if the probe may write and restore the memory."""
-    machine: str = ""
-    """Reason why neither motion nor programs are possible, unless the controller has no machine (`as_new`)."""
+    no_memory: str = ""  # Reason why the probe must not write nonvolatile memory; "" if it may write and restore it.
+    machine: str = ""  # Reason why neither motion nor programs are possible, except with `as_new`.
     saved: list[bytes] = field(default_factory=list)  # Requests that restore what the probe has saved.
 
 
@@ -58,23 +53,17 @@ class Dialect:
 
     cases: Callable[[Product, Mapping[str, str]], list[Case]]
     """Function that returns the cases for a product; its second argument is the facts of the controller and `line`."""
-    examine: Callable[[End, Product], Condition]
-    """Function that sets a known state without motion; it raises LinkError if the controller does not answer."""
-    first: Callable[[Mapping[str, str]], bytes]
-    """Function that returns a request by the facts; its answer shows if the port keeps real time."""
-    answer_form: Callable[[bytes, bytes], bytes]
-    """Function that returns the form of an answer to a request, without its values."""
+    examine: Callable[[End, Product], Condition]  # Sets a known state without motion.  Raises LinkError if silent.
+    first: Callable[[Mapping[str, str]], bytes]  # A request by the facts, to see if the port keeps real time.
+    answer_form: Callable[[bytes, bytes], bytes]  # The form of an answer to a request, without its values.
     equip: Callable[[Controller, Mapping[str, str]], None] = lambda controller, facts: None
     """Function that gives a new twin the wiring that the facts of the controller show."""
-    save: Callable[[End, Condition], None] = lambda end, condition: None
-    """Function that reads nonvolatile memory and variables before the cases, into `condition.saved`."""
-    restore: Callable[[End, Condition], str] = lambda end, condition: ""
-    """Function that restores what `save` has read; it returns an error, or an empty text."""
+    save: Callable[[End, Condition], None] = lambda end, condition: None  # Before the cases, into `condition.saved`.
+    restore: Callable[[End, Condition], str] = lambda end, condition: ""  # Of what `save` has read; an error, or "".
     initialise: Callable[[End, Mapping[str, str]], None] = lambda end, facts: None
     """Function that brings a new twin into the state in which it answers in the controller's data format."""
     patience_s: float = 0.0  # Longest time for which the controller can hold back an answer.
-    definitions: tuple[int, ...] = ()
-    """First bytes of answers that exist only if a move or a sequence has been defined."""
+    definitions: tuple[int, ...] = ()  # First bytes of answers that exist only if moves or sequences are defined.
     candidates: Callable[[Mapping[str, bytes]], dict[str, list[object]]] = lambda answers: {}
     """Function that returns the values of options that the answers suggest; the answers of each case are joined."""
 

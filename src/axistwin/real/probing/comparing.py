@@ -21,8 +21,7 @@ ATTEMPTS, EXACT_ATTEMPTS = 20, 4
 A busy computer delays many answers, but not the same one twenty times.
 """
 CONFIRMED = 2  # Number of tries in which the bytes of a case without motion must differ.
-CONTROLS, MOST_LATE = 20, 5
-"""Requests after a case that was always late, and how many of them may be late if the port is not to blame."""
+CONTROLS, MOST_LATE = 20, 5  # Requests after a case that was always late; so many late ones do not blame the port.
 REAL_TIME = 0.05  # Largest deviation, in seconds, of the first answers on a port that keeps real time.
 BUSY = "the computer or the port was too slow: repeat the probe while the computer does nothing else"
 
@@ -72,8 +71,7 @@ class Probe:
     results: list[Result] = field(default_factory=list)
     times_judged: bool = False
     fits: list[str] = field(default_factory=list)  # Options that remove differences, such as `busy="ignore"`.
-    not_restored: str = ""
-    """What the probe could not restore in nonvolatile memory, and the remedy; "" if everything is as before."""
+    not_restored: str = ""  # What could not be restored in nonvolatile memory, and the remedy; "" if all is as before.
 
     def of(self, verdict: Verdict) -> list[Result]:
         return [result for result in self.results if result.verdict is verdict]
@@ -96,12 +94,10 @@ class Settings:
     """Settings of a probe."""
 
     motion: Motion = Motion.NONE
-    as_new: bool = False
-    """True if the controller has just been switched on and has no machine connected: all values are then compared."""
+    as_new: bool = False  # True if just switched on, without a machine: all values are then compared.
     line: UartFormat | None = None
     find_options: bool = True  # True if the probe shall also find options of the twin that remove differences.
-    report: Callable[[int, int], None] = lambda done, total: None
-    """Function that is called with the number of finished cases and the number of all cases."""
+    report: Callable[[int, int], None] = lambda done, total: None  # Finished cases, of all.
     memory: bool = False  # True if the probe may write programs and the data EEPROM; it restores both.
     plug: bool = False  # True if a test plug connects outputs of the controller to its inputs.
     first_difference: bool = False  # True if the probe shall end at the first difference.
@@ -193,10 +189,8 @@ class _Port:
         first = twin.first
         late = [abs(end.ask(twin.request, len(first.data)).seconds - first.seconds) for _ in range(EXCHANGES)]
         self._usual_s = min(late)
-        self.tolerance: float | None = max(3 * max(late), end.grain_s)
-        """Permitted difference between answer times; None if the port delays answers too much for a comparison."""
-        self.is_out_of_step = False
-        """True after a motion that was disturbed: the controller can then be in another state than the twin."""
+        self.tolerance: float | None = max(3 * max(late), end.grain_s)  # Of answer times; None if the port is too slow.
+        self.is_out_of_step = False  # After a disturbed motion the twin may be in another state.
         if end.exact:
             self.tolerance = end.grain_s
             return

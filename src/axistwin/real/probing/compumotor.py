@@ -11,8 +11,7 @@ from axistwin.real.hosts.end import LATE_S, MESSAGE, End
 from axistwin.real.probing.cases import Case, Condition, Dialect, around, connect
 
 WRITE_BITS, SET_BIT, CLEAR_BIT = USER_BITS = (0x08, 0x09, 0x0A)
-MOVE, TOO_HIGH = 0x32, 0xC0
-"""Number of the move that the cases define and delete; it must be free.  A number above 32h is not stored."""
+MOVE, TOO_HIGH = 0x32, 0xC0  # The move that the cases define and delete, which must be free; above 32h none is stored.
 MOVE_PARAMETERS, MODE, MOVING, FREE, PART = 0x91, 0x90, 0x8C, 0xE2, 0xFD
 LISTS = 0x92
 DEFINITIONS = (0xC8, 0xCB, 0xCE)

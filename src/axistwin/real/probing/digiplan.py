@@ -17,10 +17,8 @@ from axistwin.real.probing.cases import Case, Condition, Dialect, around, connec
 SPOIL = b"~"  # A character that is no command: a message with this character only sets the data fault bit.
 FORMAT = b"U61\r"  # Data format message for an IF1 that waits for one.
 TERMINATORS = {"\r": "U", "\n": "V"}  # First letter of the data format message by the terminator of messages.
-FRAMES = {"data": 3, "0": 5, "1": 7}
-"""First digit of the data format message for one stop bit, by what bit 8 of a character is."""
-SILENT, ECHOING = {"N": 1, "O": 3, "E": 4}, {"N": 2, "O": 5, "E": 6}
-"""Second digit of the data format message by the parity, without and with echo."""
+FRAMES = {"data": 3, "0": 5, "1": 7}  # First digit of the data format message for one stop bit, by bit 8.
+SILENT, ECHOING = {"N": 1, "O": 3, "E": 4}, {"N": 2, "O": 5, "E": 6}  # Second digit by parity.
 HIGHEST = {b"K": 255, b"I": 255, b"F": 63, b"O": 63, b"N": 0xFFFF_FFFF}  # Largest answer to each request with a number.
 LETTER, NUMBER = rb"[CEF\[\xc3\xc5\xc6\xdb].{1,2}", rb"[0-9\xb0-\xb9]+[\r\x8d]\n?"  # Forms of answers, also with bit 8.
 SEVEN_BITS = bytes(code & 0x7F for code in range(256))
@@ -29,8 +27,7 @@ LEGAL = {"<": 4, ">": 1, "@": 400, "^": 4, "D": 0}  # Legal values of the settin
 UNKNOWN = "!\"&'.;?\\_`abcdefghijklmnopqrstuvwxyz{|}"
 IN_MOTION = 1
 PLUGGED = "125"  # Outputs that the test plug connects to the inputs 1, 2 and 3.
-RECALCULATION_S = 1.2
-"""Longest time for the calculation of a new ramp, in seconds; answers are delayed during this time."""
+RECALCULATION_S = 1.2  # Longest calculation of a new ramp in seconds, during which answers are delayed.
 RAMP_S = 0.06
 HAND_OVER_S = 3.0  # Longest duration of the steps before a hand-over.
 

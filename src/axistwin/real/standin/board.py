@@ -30,8 +30,7 @@ class Board(ABC):
     def __init__(self, wiring: Wired, horizon_s: float, journal: Callable[[str], None]) -> None:
         self.wiring, self.horizon_s, self._note = wiring, horizon_s, journal
         self.state = State.CONNECTING
-        self.events: deque[Event] = deque()
-        """Events in order of time; the caller removes the events that it has handled."""
+        self.events: deque[Event] = deque()  # In order of time; the caller removes those that it has handled.
         self.stopped: set[str] = set()  # Controllers whose axes are stopped; their pulses are discarded.
         self._axes = {axis.axis: axis for axis in wiring.axes}
         self._levels: dict[str, bool] = {}

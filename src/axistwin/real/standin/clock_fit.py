@@ -5,16 +5,12 @@ import math
 import numpy as np
 
 SAMPLES = 256  # Number of clock samples to which the line is fitted.
-ENOUGH = 40
-"""Smallest number of clock samples for a usable fit: they cover 0.8 s, so that the slope is good to some 5 ppm."""
-MOST_DEVIATION = 0.01
-"""Largest relative deviation of a board's clock from its nominal frequency; ceramic resonators have up to 0.5 %."""
+ENOUGH = 40  # Smallest number of samples for a usable fit: 0.8 s, so that the slope is good to some 5 ppm.
+MOST_DEVIATION = 0.01  # Largest relative deviation from the nominal frequency; ceramic resonators have 0.5 %.
 WORST_S = 50e-6  # Largest error, in seconds, of the line at the start of motion.
-NOISE_S = 5e-6
-"""Error of a sample with the shortest round trip; of any other sample, half of the extra time may be error too."""
+NOISE_S = 5e-6  # Error of a sample with the shortest round trip; of others, half of the extra time may be error.
 LEAST_SPREAD_S = 0.01  # Smallest standard deviation of the samples' times from which a slope is computed.
-MOST_SHIFT_S, MOST_SLOPE = 20e-6, 20e-6
-"""Largest change of a steady line by one sample: at the sample's time, and relative, of its slope."""
+MOST_SHIFT_S, MOST_SLOPE = 20e-6, 20e-6  # Largest change of a steady line by a sample: in s, and of its slope.
 _WRAP = 1 << 32
 
 
@@ -30,8 +26,7 @@ class ClockFit:
 
         A sample with a longer round trip may be off by half of the extra time; what is beyond is the contradiction.
         """
-        self.steady = False
-        """True in motion: a line that moves by more than the time between two pulses would stop the motors."""
+        self.steady = False  # True in motion: a line that moves by more than a pulse interval would stop the motors.
 
     @property
     def ready(self) -> bool:

@@ -10,13 +10,10 @@ from axistwin.real.standin.clock_fit import ClockFit
 from axistwin.real.standin.dictionary import Dictionary
 
 SOON_S = 0.05  # Longest time in seconds for a command to reach a working board.
-MOST_SILENT_S, MOST_SILENT_AT_START_S = 1.0, 5.0
-"""A board has failed if it acknowledges nothing for this time; a board that has just been reset takes longer."""
+MOST_SILENT_S, MOST_SILENT_AT_START_S = 1.0, 5.0  # Failed after so long without acknowledgement; after a reset.
 MOST_CLOCK_S, LEAST_CLOCK_S = 0.25, 0.02  # Longest and shortest interval in seconds at which the board's clock is read.
-CLOCKS = 100
-"""The interval is the time since the start divided by this number, so that the samples cover ever more time."""
-ANSWER_S, MOST_REQUESTS = 0.25, 24
-"""Time after which an unanswered request is sent again, and largest number of times that it is sent."""
+CLOCKS = 100  # The interval is the time since the start divided by this, so samples cover ever more time.
+ANSWER_S, MOST_REQUESTS = 0.25, 24  # Until an unanswered request is sent again, and how often it is sent.
 
 Procedure = Generator[tuple[str, int | None, bytes], dict[str, Any], None]
 """Generator that yields requests to a board and receives the values of each response."""

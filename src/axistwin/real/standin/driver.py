@@ -20,20 +20,16 @@ class Driver:
     def __init__(self, bench: Bench, boards: Sequence[Output], tell: Callable[[str], None]) -> None:
         self.bench, self.boards, self._tell = bench, boards, tell
         self.live = False  # True while pulses are sent to the boards.
-        self.stopped: dict[str, str] = {}
-        """Controllers that are stopped until the user continues, each with the reason."""
+        self.stopped: dict[str, str] = {}  # Controllers that are stopped until the user continues, with the reason.
         self.positions: dict[str, int] = {}  # Latest position that a board has reported for each axis.
-        self.collected: Signal[[float]] = Signal()
-        """Emitted when all pulses before a time, in s of the host's clock, have been sent to the boards."""
+        self.collected: Signal[[float]] = Signal()  # Pulses before this host time in s are sent.
         self._offset_s = 0.0
         self._board = {axis.axis: board for board in boards for axis in board.wiring.axes}
         self._motors: dict[str, Motor] = {}
         self._origin: dict[str, int] = {}
         self._held: set[str] = set()
-        self._still: set[str] = set()
-        """Axes whose motors have been stopped and not released; their positions are those of the boards."""
-        self._at_rest_ns: dict[str, int] = {}
-        """Time at which the interrupted motion of a held controller was first seen to have ended."""
+        self._still: set[str] = set()  # Stopped and not released; their positions are those of the boards.
+        self._at_rest_ns: dict[str, int] = {}  # When the motion of a held controller was first seen to have ended.
         self._failed: set[str] = set()
         self._ready: set[str] = set()
         for board in boards:

@@ -16,12 +16,10 @@ from axistwin.real.standin.timetable import Timetable
 from axistwin.real.standin.wiring import DrivenAxis, InputPin, Objects, Wiring, objects
 
 IDENTIFY_BYTES = 40
-MOST_FITS, FIT_SAMPLES = 4, 100
-"""Number of attempts to fit a line to the board's clock at the start, and samples of each: 2 s."""
+MOST_FITS, FIT_SAMPLES = 4, 100  # Attempts to fit a line to the board's clock, and samples of each: 2 s.
 SPARE_MOVES = 6  # Number of entries of the board's queue that are never used.
 MOVES_PER_AXIS = 12  # Number of entries of the board's queue that each axis needs.
-LIMIT_REASON, HOST_REASON = 1, 2
-"""Reasons of a trigger in a board's report: an input has changed, or the host has stopped the axes."""
+LIMIT_REASON, HOST_REASON = 1, 2  # Why a board's trigger reports: a changed input, or a stop by the host.
 
 
 class KlipperBoard(Board):

@@ -10,10 +10,8 @@ from axistwin.plant.servo_axis import ServoAxis
 from axistwin.plant.stepper import StepperAxis
 from axistwin.real.standin.step_stream import TOLERANCE_S
 
-MARK_NS = 5 * MS
-"""Interval at which the position of a servo motor becomes pulses: its samples alone would be an uneven pulse train."""
-THRESHOLD = 0.75
-"""Part of a count that must have passed for a pulse; above a half, so that no pulses go back and forth at rest."""
+MARK_NS = 5 * MS  # Interval at which positions of a servo motor become pulses; its samples are uneven.
+THRESHOLD = 0.75  # Part of a count that makes a pulse; above a half, lest pulses go back and forth at rest.
 TOLERANCE_PARTS, MOST_TOLERANCE_S = 4, 100e-6
 """Tolerance of counts, whose times are known to a sample of 246 µs: a part of the time between two, and a limit."""
 
@@ -56,8 +54,7 @@ class Counts:
 
     def __init__(self, axis: ServoAxis) -> None:
         self._axis = axis
-        self.pulses = axis.position
-        """Number of positive pulses that the axis has made, minus the number of negative pulses."""
+        self.pulses = axis.position  # Positive pulses that the axis has made, minus the negative ones.
         self._mark_ns = axis.clock.now // MARK_NS * MARK_NS
         self._smooth = float(self.pulses)  # Smooth position at the latest mark.
         self._before = self.pulses  # Position before the first of the samples.

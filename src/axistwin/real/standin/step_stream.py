@@ -10,8 +10,7 @@ from axistwin.real.standin.connection import Connection
 from axistwin.real.standin.wiring import AxisPins
 from axistwin.sim.motion.step_queue import Steps, plan
 
-TOLERANCE_S = 0.5e-6
-"""Largest difference in seconds between the planned time and the requested time of a pulse of a step output."""
+TOLERANCE_S = 0.5e-6  # Largest difference in seconds between planned and requested time of a step output's pulse.
 LEAD_S = 0.01  # Shortest time in seconds from sending a step command to its first pulse.
 
 

@@ -23,8 +23,7 @@ PAGE, JSON, TEXT = "text/html; charset=utf-8", "application/json", "text/plain; 
 MOST_VISITORS = 32  # Number of open connections; a further visitor takes the place of the oldest.
 BACKLOG = 128  # Number of visitors that can wait for their connection.
 LONGEST_S = 5.0  # Longest time in seconds of a visit.
-MOST_HEAD, MOST_BODY = 8192, 8192
-"""Longest head of a request, and number of bytes after it that are read and discarded."""
+MOST_HEAD, MOST_BODY = 8192, 8192  # Of a request; as many bytes after it are read and discarded.
 Answer = tuple[HTTPStatus, str, bytes]
 
 

@@ -69,8 +69,7 @@ class Sensed:
     """A controller's input that is wired to a real switch."""
 
     to: str  # Terminal of the bench, as "controller.pin".
-    stops: int | None = field(default=None, kw_only=True)
-    """Direction of motion that the input stops: +1, -1, or 0 for both; None if the input stops no motion."""
+    stops: int | None = field(default=None, kw_only=True)  # Direction that the input stops: +1, -1, 0 both; None: no.
     stops_at: bool = field(default=False, kw_only=True)  # Level of the terminal that stops the motion.
 
     @property

@@ -65,8 +65,7 @@ MOTOR: dict[str, Field] = {
     **_strings("EGU DESC NAME RTYP DTYP OUT STAT"), "FAULT": Field(Kind.TEXT, ""), "CLEAR": Field(Kind.LONG, 0),
 }  # fmt: skip
 """Fields of a motor record, with the names of EPICS' motor module."""
-OWN = ("FAULT", "CLEAR")
-"""Fields that a motor record of EPICS does not have; they are served as records of their own, `LAB:if1:X:FAULT`."""
+OWN = ("FAULT", "CLEAR")  # Not in EPICS' motor record: served as records of their own, `LAB:if1:X:FAULT`.
 
 
 def called(record: str, field: str) -> str:

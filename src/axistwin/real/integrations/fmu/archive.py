@@ -18,10 +18,8 @@ from axistwin.scenes.scene import Scene
 from axistwin.scenes.toml_text import tables
 
 SUFFIX = ".fmu"
-FOLDER, SCENE, SETTINGS = "scene", "scene.toml", "axistwin.json"
-"""Folder and file of the scene, and file of the settings, in the resources of an FMU."""
-NOT_IN_AN_FMU = ("ports", "rs485_ports", "state")
-"""Keys of controllers and shared lines that an FMU does not use: hosts outside, and memory beyond the simulation."""
+FOLDER, SCENE, SETTINGS = "scene", "scene.toml", "axistwin.json"  # Of the scene, and the settings.
+NOT_IN_AN_FMU = ("ports", "rs485_ports", "state")  # Hosts outside, and memory beyond the simulation.
 NAMES_IN_USE = ("Machine", "Fmi3Slave", "error", "message")
 SCRIPT = '''"""FMU of a scene, made by axistwin {version}."""
 

@@ -19,8 +19,7 @@ from axistwin.real.integrations.fmu.archive import FOLDER, SCENE, SETTINGS
 from axistwin.real.integrations.fmu.variables import ANGLE, SPEED, TIME, TORQUE, Input, Output, inputs, outputs
 from axistwin.scenes.scene import Scene
 
-ROUNDING_S, ROUNDING = 1e-9, 1e-12
-"""Greatest difference between the end of a step and the begin of the next one: absolute, and relative to the time."""
+ROUNDING_S, ROUNDING = 1e-9, 1e-12  # Largest gap between a step's end and the next begin: absolute, relative.
 UNITS = {TORQUE: {"kg": 1, "m": 2, "s": -2}, ANGLE: {"rad": 1}, SPEED: {"rad": 1, "s": -1}, "s": {"s": 1}}
 
 
@@ -36,8 +35,7 @@ class Machine(Fmi3Slave):
         self.bench = scene.build()
         self.guid, self.description = settings["token"], settings["description"]
         self.version, self.author = settings["version"], "axistwin"
-        self._begin_s: float | None = None
-        """Time of the simulation tool at 0 s of the bench; None before the first step."""
+        self._begin_s: float | None = None  # The simulation tool's time at 0 s of the bench; None before the first.
         self._time_s = 0.0  # End of the last step, which is the begin of the next one.
         self.register_units([Unit(name, **base) for name, base in UNITS.items()])
         self._add_time()

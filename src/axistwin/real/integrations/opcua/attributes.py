@@ -13,8 +13,7 @@ from axistwin.drivers.errors import DriverError, PositionLostError, RefusedError
 
 NO_ANSWER, LOST = int(ua.StatusCodes.BadNoCommunication), int(ua.StatusCodes.BadSensorFailure)
 Write = Callable[[Any], Awaitable[None]]
-BAD_VALUE = (DriverError, TypeError, ValueError, ArithmeticError)
-"""Errors of a request that the server or the controller refuses."""
+BAD_VALUE = (DriverError, TypeError, ValueError, ArithmeticError)  # A request that server or controller refuses.
 
 
 def stamped(variant: ua.Variant, code: int = ua.StatusCodes.Good) -> ua.DataValue:

@@ -25,8 +25,7 @@ from axistwin.real.integrations.opcua.security import Guesses, Users
 
 MOST_CLIENTS = 100
 MOST_SUBSCRIPTIONS = 10  # Largest number of subscriptions of a session; the library permits 1,000 in all.
-LONGEST_ABSENCE_MS = 60_000
-"""A session with subscriptions outlives its connection for at most this time, in which the client can come back."""
+LONGEST_ABSENCE_MS = 60_000  # A session with subscriptions outlives its connection by at most this time.
 CREATE = ua.NodeId(ua.ObjectIds.CreateSessionRequest_Encoding_DefaultBinary)
 ACTIVATE = ua.NodeId(ua.ObjectIds.ActivateSessionRequest_Encoding_DefaultBinary)
 DISCOVERY = (

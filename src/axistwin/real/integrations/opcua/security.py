@@ -22,8 +22,7 @@ from axistwin.core.storage import excerpt, read_file
 log = getLogger("axistwin.real.integrations")
 
 MOST_WRONG = 5  # Number of wrong passwords from which on each further attempt must wait.
-PAUSE_S, MEMORY_S = 10.0, 600.0
-"""Times after a wrong password in seconds: in which further attempts are refused, and in which it counts."""
+PAUSE_S, MEMORY_S = 10.0, 600.0  # After a wrong password: attempts are refused, and it counts, in seconds.
 MOST_GUESSERS = 1000
 APPLICATION = "urn:axistwin:server"
 ROLES = {"operator": UserRole.User, "viewer": UserRole.Anonymous}

@@ -14,11 +14,9 @@ class Contents:
     """The programs and data of a controller, as the controller reports them through its port."""
 
     values: dict[str, str] = field(default_factory=dict)  # All answers by the name of the value or the request.
-    depends: set[str] = field(default_factory=set)
-    """Names of values that depend on the machine or on earlier motion, which a twin need not have."""
+    depends: set[str] = field(default_factory=set)  # Depend on the machine or on earlier motion; a twin may differ.
     program: str = ""  # Source of the program of a SmartMotor.
-    missing: list[str] = field(default_factory=list)
-    """Contents that the controller does not report, each with the place where they can be found."""
+    missing: list[str] = field(default_factory=list)  # Not reported; each with the place where it is found.
 
     def differences(self, twin: "Contents") -> dict[str, tuple[str, str]]:
         """Return the values that differ from the twin's, by name, without those of the machine."""
@@ -45,8 +43,7 @@ class Restoring:
 class Reader:
     """The family's part of a rescue."""
 
-    read: Callable[[Exchange], Contents]
-    """Reads all contents without motion.  Raises LinkError if the controller does not answer or is moving."""
+    read: Callable[[Exchange], Contents]  # Without motion.  Raises LinkError if silent or moving.
     restore: Callable[[Contents, Contents], Restoring]
     """Returns what gives a new controller the contents; the second argument is the contents of a new controller."""
     start: Callable[[Bench, Contents], None] = lambda bench, contents: None

@@ -8,8 +8,7 @@ from axistwin.real.probing.rescue.contents import Contents, Reader, Restoring
 
 SPOIL = b"~"  # An unknown character: a message with this character has no effect but the data fault bit.
 TERMINATORS = {b"\r": "U", b"\n": "V"}  # First letter of the data format message by the terminator of messages.
-FRAMES = {(7, 1): 1, (7, 2): 2, (8, 1): 5, (8, 2): 6}
-"""First digit of the data format message by data bits and stop bits."""
+FRAMES = {(7, 1): 1, (7, 2): 2, (8, 1): 5, (8, 2): 6}  # First digit of the data format message by data and stop bits.
 SHORT_S = 0.2  # Silence after which no answer is expected any more.
 IN_MOTION, LOCKED = 1, "["
 BUSY_LETTERS = ("C", "E", "F", LOCKED)

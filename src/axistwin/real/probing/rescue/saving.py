@@ -30,8 +30,7 @@ class Rescue:
     found: Found
     contents: Contents
     files: dict[str, str] = field(default_factory=dict)  # Texts of the written files by name.
-    differences: dict[str, tuple[str, str]] = field(default_factory=dict)
-    """Value of the controller and of the twin, by name."""
+    differences: dict[str, tuple[str, str]] = field(default_factory=dict)  # Of controller and twin, by name.
 
     def as_dict(self) -> dict[str, Any]:
         return {

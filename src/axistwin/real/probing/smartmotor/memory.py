@@ -18,8 +18,7 @@ LINE = "9600 8N1"  # Line format for which the programs change and restore the s
 AT, USED = 7900, 12  # First byte and number of bytes of the data EEPROM that the cases write.
 SAVED = (*"abcdefghijklmnopqrz", *(f"al[{index}]" for index in (*range(6), 25, 26, 50)), "zzz")
 """Variables whose values are restored: those that the cases change."""
-CONTENTS = {"000000 000000": "", "000000 0000E1": "END\n"}
-"""Programs that a probe may overwrite, by their sums: none, and END."""
+CONTENTS = {"000000 000000": "", "000000 0000E1": "END\n"}  # May be overwritten, by their sums: none, and END.
 FLOW = """\
 PRINT("boot",#13)
 RUN?

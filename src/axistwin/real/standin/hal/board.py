@@ -28,8 +28,7 @@ class HalBoard(Board):
         super().__init__(wiring, horizon_s, journal)
         self.commands: deque[dict[str, Any]] = deque([{"setup": wiring.setup()}])
         """Commands in order; the user of the board sends and removes them."""
-        self.positions = {axis.axis: (positions or {}).get(axis.axis, 0) for axis in wiring.axes}
-        """Positions of the motors as HAL has reported them."""
+        self.positions = {axis.axis: (positions or {}).get(axis.axis, 0) for axis in wiring.axes}  # As reported by HAL.
         self._tracks: dict[str, Track] = {}
         self._origin: dict[str, int] = {}
 

@@ -64,8 +64,7 @@ class Motion:
             name = axis.name.rpartition(".")[0]
             self.groups.setdefault(name, Group(name)).axes.append(axis)
         self.inputs = dict.fromkeys(setup["inputs"], False)
-        self.stops: dict[str, bool] = setup["stops"]
-        """Level at which an input stops the motion, for each input that does."""
+        self.stops: dict[str, bool] = setup["stops"]  # Level of each input that stops the motion, at which it does.
         self.safe: dict[str, bool] = setup["outputs"]
         self.outputs: deque[tuple[float, str, bool]] = deque()
         self.upto_s: float | None = None  # All knots before this time have come; None: before the first knots.

@@ -4,8 +4,7 @@ from axistwin.core.lazy import NDArray, np
 
 STEP_S = 0.001  # Interval between two knots of the line.
 SLOW_S = 0.004  # Longest duration of the line to a pulse; before it the position is constant.
-DELAY_S = 0.01
-"""Knots are returned this much later than pulses: the line to a pulse, and the interval of a servo axis's pulses."""
+DELAY_S = 0.01  # Knots come this much later than pulses: the line to a pulse, and a servo axis's interval.
 
 
 class Track:
