@@ -22,10 +22,7 @@ class Lessons:
             self._pupils[name] = number, Pupil(pupil.lesson, bench, pupil.step, name)
 
     def of(self, name: str) -> tuple[int, Pupil] | None:
-        """Return the number of a controller's lesson, from 1, and the progress in it; None without a lesson.
-
-        The present step is checked by its effect on the bench.
-        """
+        """Return a controller's lesson, from 1, and the progress in it after a check; None without a lesson."""
         found = self._pupils.get(name)
         if found is not None:
             found[1].check()
@@ -52,10 +49,7 @@ class Lessons:
 
 
 async def initialise(session: Session, name: str) -> bool:
-    """Perform the actions that make a controller ready for commands.
-
-    The bench runs at full speed.  Returns False if the controller is ready already.  Raises AxistwinError.
-    """
+    """Make a controller ready, at full speed.  Returns False if it is ready already.  Raises AxistwinError."""
     acts = Tutor(session.bench[name]).initialisation()
     needed = False
     while (act := session.inspect(lambda: next(acts, None))) is not None:

@@ -52,10 +52,7 @@ class Curves:
             curve.velocities.append(float(found.velocity))
 
     def advance(self, until_ns: int) -> Iterator[int]:
-        """Advance the bench to a time, and yield the time of each sample.
-
-        Samples that are due before the present time, for example during a load, have the present values.
-        """
+        """Advance the bench, and yield the time of each sample; overdue samples have the present values."""
         while self.axes and self.next_ns < self._bench.now:
             self._sample()
             self._thin_out()

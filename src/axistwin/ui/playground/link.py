@@ -23,11 +23,7 @@ class Shared:
 
 
 def encode(shared: Shared) -> str:
-    """Compress the files of a scene to the text of a share link (a web address that opens the scene).
-
-    The link also contains a virtual time.  The text follows the `#`.  Raises UsageError for contents that are too
-    large.
-    """
+    """Compress a scene and a virtual time to the text after the `#` of a link.  Raises UsageError if too large."""
     data = json.dumps(asdict(shared), ensure_ascii=False, separators=(",", ":"), sort_keys=True).encode()
     fragment = urlsafe_b64encode(zlib.compress(data, 9)).decode().rstrip("=")
     if len(data) > LONGEST_CONTENTS or len(fragment) > LONGEST_LINK:
@@ -38,11 +34,7 @@ def encode(shared: Shared) -> str:
 
 
 def decode(fragment: str) -> Shared:
-    """Return the files of a scene from a share link (a web address that opens the scene).
-
-    The link also contains a virtual time.  `fragment`: the part of the link that follows the `#`.  Raises UsageError
-    for a damaged link.
-    """
+    """Return what the text after the `#` of a share link contains.  Raises UsageError for a damaged link."""
     if len(fragment) > LONGEST_LINK:
         raise UsageError(f"the URL of the shared scene has {len(fragment)} characters: expected at most {LONGEST_LINK}")
     inflater = zlib.decompressobj()

@@ -73,11 +73,7 @@ class Playground:
         return opened | {"target_ns": shared.at_ns}
 
     def open_files(self, texts: Mapping[str, str], scene: str = SCENE) -> dict[str, Any]:
-        """Open a scene that consists of several files.
-
-        The keys are file names, the values are the texts of the files.
-        The present session is replaced only if the scene is valid.
-        """
+        """Open a scene of several files, texts by name; only a valid scene replaces the present session."""
         for name in texts:
             if not _NAME.fullmatch(name) or ".." in name.split("/"):
                 raise UsageError(
@@ -178,10 +174,7 @@ class Playground:
         }
 
     def advance(self, until_ns: int, budget_s: float, from_ns: int = 0) -> dict[str, Any]:
-        """Advance virtual time to `until_ns`, and return the state.
-
-        The computation takes at most `budget_s` seconds of real time.  The curves in the state begin at `from_ns`.
-        """
+        """Advance to `until_ns`, for at most `budget_s` of real time; return the state with curves since `from_ns`."""
         session = self._now
         ends_s = perf_counter() + budget_s
         if until_ns > session.bench.now:

@@ -6,10 +6,6 @@ _COMMAND = re.compile(r":([a-z]+)(?:\s+(.*))?")
 
 
 def own_command(line: str) -> tuple[str, str] | None:
-    """Split a terminal command, e.g. `:why`, into its name and its argument.
-
-    The result is None for a line that is sent to the controller.  A sequence of an IF1 also begins with a colon, but is
-    upper case.
-    """
+    """Split a command such as `:why` into name and argument; None for any other line, e.g. an IF1's `:X400:$`."""
     found = _COMMAND.fullmatch(line)
     return None if found is None else (found[1], (found[2] or "").strip())

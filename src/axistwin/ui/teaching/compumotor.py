@@ -36,10 +36,7 @@ class CompumotorGuide(Guide):
         return bool(int(self.value("status")) & Status.INPUT_READY)
 
     def reasons(self) -> Iterator[Reason]:
-        """Yield each reason why the board cannot start a move, e.g. an active limit.
-
-        An earlier reason can make the board ignore the remedy of a later one.
-        """
+        """Yield why the board cannot start a move; it may ignore a later remedy until the earlier ones are applied."""
         pins = self.controller.pins
         if not self.controller.powered:
             yield Reason("the power is off", self.remedies.power("on"))

@@ -109,10 +109,7 @@ class DigiplanGuide(Guide):
         return self.remedies.drive(name, level)
 
     def _unread(self, faults: MotionFault, locked: bool) -> Iterator[Reason]:
-        """Yield the reason why motion stays blocked after a fault has ended, and the remedy.
-
-        The user must first read the fault flags with `K`, or switch the interface off and on.
-        """
+        """Yield why motion stays blocked after a fault: its flags must be read with `K`, or the power cycled."""
         if locked and MotionFault.EMERGENCY_STOP in faults:
             yield Reason(
                 "after an emergency stop a locked interface is reset only by its power, not by K",

@@ -51,10 +51,7 @@ def answered(pattern: str, to: str = "") -> Check:
 
 
 def is_clear(mask: int) -> Check:
-    """Return a function that checks whether certain bits of the controller's status word are 0.
-
-    `mask` selects these bits.  The controller reports its status words after the request RW.
-    """
+    """Return a check: these bits of the status word, which request RW reports, are 0."""
     return lambda it: "RW" in it.said and any(not int(word) & mask for word in re.findall(r"\d+", it.heard))
 
 

@@ -25,25 +25,16 @@ class Remedies:
         return f"an injected fault holds {pin}: type  :drive mend all"
 
     def power(self, *words: str) -> str:
-        """Return a text that asks the user to switch the power of the controller off or on.
-
-        `words`: "off", "on", or both; the user switches the power in this sequence.
-        """
+        """Return the request to switch the controller; `words`: "off", "on", or both, in this sequence."""
         return "type  " + "  and  ".join(f":drive power {word}" for word in words)
 
     def address(self, number: int) -> str:  # noqa: ARG002  # the panel uses it
-        """Return the instruction that makes a SmartMotor with the address `number` obey again.
-
-        An address byte cannot be typed in a terminal; after power-up, the motor is addressed.
-        """
+        """Return how to address a SmartMotor: a power cycle, because no address byte can be typed in a terminal."""
         return self.power("off", "on")
 
 
 def at_limit(controller: Controller, plus: bool) -> tuple[str, Axis, int] | None:
-    """Return the axis that is on a limit switch, and a distance that moves the axis off the switch.
-
-    The move ends at a distance of `MARGIN` from the switch.  The result is None if no axis is on the switch.
-    """
+    """Return an axis that is on a limit switch, and the move back to `MARGIN` inside; None if none is on one."""
     for name, axis in controller.axes.items():
         if axis.limits is None:
             continue

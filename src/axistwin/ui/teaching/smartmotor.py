@@ -129,10 +129,7 @@ class SmartMotorGuide(Guide):
         yield from dict.fromkeys(described(command) for command in found if command is not None)
 
     def initialisation(self) -> Iterator[Act]:
-        """Yield the commands that clear the limit fault after power-up.
-
-        Without limit switches, the motor reports its open limit inputs as a fault.
-        """
+        """Yield the commands that clear the limit fault, which open limit inputs cause at power-up."""
         if self.controller.powered:
             yield Wait(STARTED)
             if self.controller.ignoring == ASLEEP:

@@ -78,17 +78,11 @@ class Screen:
     # Signals
 
     def choose(self, patterns: Sequence[str]) -> None:
-        """Show all signals whose names match patterns.
-
-        Raises UsageError for too many signals, or for a pattern without a match.
-        """
+        """Show all signals that match patterns.  Raises UsageError for too many, or for a pattern without a match."""
         self.show([signal.full for signal in choose(list(self.recorder.signals.values()), patterns)])
 
     def show(self, names: Sequence[str]) -> None:
-        """Show the signals that have the given names.
-
-        Raises UsageError for too many signals, or for an unknown signal.
-        """
+        """Show signals by name.  Raises UsageError for too many signals, or for an unknown one."""
         signals = self.recorder.signals
         choose(list(signals.values()), [name for name in names if name not in signals])
         if len(names) > MOST_SHOWN:

@@ -17,10 +17,7 @@ ELSEWHERE = {
 
 
 def keys(press: Callable[[str, object], object]) -> None:
-    """Build the help dialog with its button, and call `press(key, shown)` for each other shortcut.
-
-    `shown`: the text on the Run button, e.g. Pause, when the key was pressed.
-    """
+    """Build the help dialog; other keys call `press(key, shown)` with the text that the Run button had."""
     with ui.dialog().mark("keys") as dialog, ui.card():
         ui.label("Keys").classes("title")
         for key, what in (KEYS | ELSEWHERE).items():

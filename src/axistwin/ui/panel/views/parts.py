@@ -98,10 +98,7 @@ def drawer(context: Context, key: str, title: str) -> ui.expansion:
 
 @contextmanager
 def folded(context: Context, key: str, title: str) -> Iterator[None]:
-    """Build a part of the page that is hidden on a narrow screen until the user presses a button.
-
-    A wide screen always shows the part, without the button.  The state is stored for this user.
-    """
+    """Build a part that a narrow screen hides until a button is pressed; its state is stored for the user."""
     settings, setting = context.person.settings, f"open {key}"
 
     def show() -> None:

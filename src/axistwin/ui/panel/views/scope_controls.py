@@ -259,10 +259,7 @@ def _mode(screen: Screen) -> Refresh:
 
 
 def kept(element: ValueElement[Any], owner: object, name: str, then: Callable[[], object] = lambda: None) -> Refresh:
-    """Store each new value of an input element in an attribute of `owner`, then call `then`.
-
-    Returns a function that updates the element if the attribute has changed.
-    """
+    """Store an element's values in an attribute of `owner`, then call `then`; return its update function."""
 
     def set_() -> None:
         if element.value is not None and element.value != getattr(owner, name):

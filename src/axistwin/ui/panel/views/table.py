@@ -15,10 +15,7 @@ TURN = 30.0  # Rotation of the 3-D view by one click, in degrees.
 
 
 def table(context: Context, name: str) -> Callable[[bool], None]:
-    """Build the X-Y table of a controller, if it has two axes with limited travel.
-
-    The returned function updates the table; its argument is True for smooth transitions.
-    """
+    """Build the X-Y table of two limited axes, if there is one; its update takes True for smooth transitions."""
     names = table_axes(context.bench[name])
     if names is None:
         return lambda smooth: None
