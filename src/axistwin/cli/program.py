@@ -81,8 +81,7 @@ GROUPS = {
 """All commands, by task."""
 COMMANDS = {command.name: command for commands in GROUPS.values() for command in commands}
 
-OUTPUT_ERRORS = {errno.ENOSPC, errno.EDQUOT, errno.EIO, errno.EBADF}
-"""Error numbers for a full or broken output device."""
+OUTPUT_ERRORS = {errno.ENOSPC, errno.EDQUOT, errno.EIO, errno.EBADF}  # Errors of a full or broken output device.
 NAME_ERRORS = {errno.ENAMETOOLONG, errno.ELOOP}  # Error numbers for the name of a file that no file can have.
 
 

@@ -10,8 +10,7 @@ MODELS = ("if1", "if2", "1810", "1811", "smartmotor")
 SCENES = (".toml",)
 PROGRAMS = (".if1", ".181x", ".sms", ".talk")
 TRACES = (".csv", ".vcd", ".parquet")
-MOST_DEEP, MOST_SEEN = 3, 2000
-"""Limits of a search for files: depth of folders below the typed folder, and number of files."""
+MOST_DEEP, MOST_SEEN = 3, 2000  # Limits of a search for files: depth below the typed folder, and number of files.
 
 Complete = Callable[[click.Context, click.Parameter, str], list[str]]
 

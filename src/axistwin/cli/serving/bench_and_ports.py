@@ -22,8 +22,7 @@ class Served(NamedTuple):
 
     title: str
     build: Callable[[], Bench]
-    ports: Callable[[Bench], Ports]
-    """Function that returns the name and URL of each port.  It raises UsageError for impossible ports."""
+    ports: Callable[[Bench], Ports]  # Names and URLs of ports.  Raises UsageError for impossible ports.
     scene: "Scene | None" = None  # The scene; None for a model.
 
     @property

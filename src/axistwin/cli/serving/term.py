@@ -29,8 +29,7 @@ if TYPE_CHECKING:
     from axistwin.ui.terminal.virtual import VirtualEnd
 
 ENDS = {"cr": b"\r", "lf": b"\n", "crlf": b"\r\n"}
-INITIALISED_NS = 30 * S
-"""Longest virtual time of an automatic initialisation; after it, the user must initialise the controller."""
+INITIALISED_NS = 30 * S  # Longest virtual time of an automatic initialisation; then it is left to the user.
 
 LOOK_S = 0.1  # Interval in seconds between two checks of a lesson's step.
 

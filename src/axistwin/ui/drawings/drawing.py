@@ -8,8 +8,7 @@ _MOVE = "move"
 _PART = re.compile(r'data-part="([^"]+)"')
 _ACT = re.compile(r'data-act="([^"]+)"')
 
-Change = tuple[str, str, Any]
-"""A changed property of a part: the part, the property and the new value, as `parts.js` applies it."""
+Change = tuple[str, str, Any]  # A changed property: its part, its name and the new value, as `parts.js` applies it.
 
 
 class Drawing:

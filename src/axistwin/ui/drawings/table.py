@@ -10,8 +10,7 @@ from axistwin.ui.drawings.trail import POINTS, Point, Trail
 
 WIDTH, LEFT, TOP = 300.0, 40.0, 16.0
 BELOW = 14.0
-LEAST, MOST = 120.0, 250.0
-"""Smallest and largest height of the drawing; within these limits, both axes have the same scale."""
+LEAST, MOST = 120.0, 250.0  # Limits of the drawing's height; within them, both axes have the same scale.
 PIECE = 64  # Number of points in one SVG element of the path; a new point changes only the last element.
 PIECES = POINTS // PIECE
 MOST_TICKS = 5

@@ -24,8 +24,7 @@ class Answers:
 
     models: tuple[str, ...]
     axes: int  # Number of axes of each IF1 and IF2; other models have one axis.
-    travel: int
-    """Position of the plus limit switch, in motor pulses or encoder counts; the minus limit switch is at -100."""
+    travel: int  # Place of the plus limit switch, in motor pulses or encoder counts; the minus limit switch is at -100.
     host: str
     port: PortUrl  # Port of the first serial controller; the ports of further controllers have the next numbers.
 

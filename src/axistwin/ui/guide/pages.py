@@ -17,8 +17,7 @@ from axistwin.core.version import VERSION
 from axistwin.ui.guide.shipped import examples, folder
 
 START = "index"
-SITE_ONLY = ("changelog", "contributing", "reference/api")
-"""Pages that are left out because they only include other files."""
+SITE_ONLY = ("changelog", "contributing", "reference/api")  # Pages left out, because they only include other files.
 GENERATED_EXAMPLE = "generated/examples/"
 _directive = re.compile(r"^```\{(?P<kind>[\w-]+)\}(?P<argument>[^\n]*)\n(?P<body>.*?)^```\n", re.DOTALL | re.MULTILINE)
 _link = re.compile(r"^(?P<path>(?![a-z]+:)[^#]+)\.md(?P<anchor>#.*)?$")

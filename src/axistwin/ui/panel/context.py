@@ -75,8 +75,7 @@ class Context:
 
     def __init__(self, common: Common, people: People, person: Person) -> None:
         self.session, self.common, self.people, self.person = common.session, common, people, person
-        self.unbuilt: list[Refresh] = []
-        """Functions that build newly opened tabs; each is called once, before the next frame."""
+        self.unbuilt: list[Refresh] = []  # Functions that build newly opened tabs, once each, before the next frame.
         self.actions = common(ActionQueue)
 
     @property

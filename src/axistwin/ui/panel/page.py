@@ -84,8 +84,7 @@ class Visits:
     def __init__(self, _: Session) -> None:
         self.building = asyncio.Lock()  # Lock that prevents two pages from being built at the same time.
         self._left: dict[Client, None] = {}
-        self._frames: dict[Client, asyncio.Task[None] | None] = {}
-        """Update task of each page; None while the page is being built."""
+        self._frames: dict[Client, asyncio.Task[None] | None] = {}  # Update tasks; None while a page is built.
 
     def begin(self, client: Client, person: Person) -> None:
         client.on_connect(lambda: self._back(client, person))

@@ -7,8 +7,7 @@ from time import monotonic
 from axistwin.sim.signal import Signal
 
 GONE_S = 10.0  # Seconds of absence after which the driver can be replaced by the next user who opens a page.
-FORGOTTEN_S, REMEMBERED = 600.0, 100
-"""Seconds after which absent users are deleted, and largest number of absent users."""
+FORGOTTEN_S, REMEMBERED = 600.0, 100  # Absent users are deleted after so many seconds; largest number of absent users.
 LONGEST_NAME = 30
 
 
@@ -20,8 +19,7 @@ class Person:
     name: str
     pages: int = 0  # Number of connected pages.
     left_s: float = field(default_factory=monotonic)  # Time at which a page was last disconnected.
-    lines: dict[str, list[str]] = field(default_factory=dict)
-    """Lines that the user has typed at each terminal, by endpoint."""
+    lines: dict[str, list[str]] = field(default_factory=dict)  # Lines that the user has typed, by terminal.
     ending: str = "CR"  # Terminator of typed lines.
     settings: dict[str, object] = field(default_factory=dict)
 

@@ -55,8 +55,7 @@ class Printer:
 
     def __init__(self, codec: Codec, whole: bool) -> None:
         self._codec, self._whole = codec, whole
-        self._by_host: bool | None = None
-        """True if the present line is a message of the host; None before the first line."""
+        self._by_host: bool | None = None  # True if the present line is the host's; None before the first line.
         self._last_ns = 0
         self._ended = False
 

@@ -30,8 +30,7 @@ RECONNECT_S = 30.0  # Seconds after which a disconnected page is deleted.
 GOODBYE_S = 1
 IDLE_S = 5  # Seconds for which a connection without a whole request stays open.
 MOST_HEAD = 64 * 1024  # Longest head of a request in bytes.
-MOST_CONNECTIONS = 200
-"""Open connections of all browsers, some seven each: hosts in the same process need descriptors, too."""
+MOST_CONNECTIONS = 200  # Connections of all browsers, some seven each: hosts in the same process need descriptors, too.
 POLL_S = 0.01
 NOWHERE = {"type": "http", "method": "GET", "path": "/", "query_string": b"", "headers": [], "server": ("", 0)}
 

@@ -12,8 +12,7 @@ from axistwin.controllers.front import Lamp, Reading, Word
 from axistwin.ui.teaching.remedies import Remedies
 
 MOST_DEVIATION = 20  # The reciprocal of the deviation of a baud rate that still lets characters arrive whole, 5 %.
-Refused = Callable[[bytes], Sequence[Diagnostic]]
-"""Function that returns the diagnostics of a line that the host would send now."""
+Refused = Callable[[bytes], Sequence[Diagnostic]]  # Returns the diagnostics of a line that the host would send now.
 
 
 @dataclass(frozen=True)
@@ -70,8 +69,7 @@ class Guide(ABC):
         """Yield notes about a line that is valid but may surprise a new user."""
         yield from ()
 
-    suggestions: tuple[tuple[str, str], ...] = ()
-    """Examples of lines to type when moves are possible, with their meanings."""
+    suggestions: tuple[tuple[str, str], ...] = ()  # Lines to type when moves are possible, with their meanings.
     accepted: tuple[bytes, ...] = ()  # Beginnings of the lines that the controller obeys before it is ready.
     single_characters = False  # True if each command is one character, and commands follow each other without blanks.
 

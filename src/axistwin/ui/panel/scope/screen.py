@@ -65,8 +65,7 @@ class Screen:
     trigger: Trigger = field(default_factory=Trigger)
     cursors: Cursors = field(default_factory=Cursors)
     frozen: Record | None = None
-    pointer: float | None = None
-    """Horizontal position of the mouse pointer, from 0 (left) to 1 (right); None outside the screen."""
+    pointer: float | None = None  # Horizontal place of the mouse, from 0 (left) to 1 (right); None outside the screen.
     hit_ns: int | None = None  # Time of the edge found by the trigger; None without an edge.
     _to_ns: int = 0
     _searched_ns: int = 0

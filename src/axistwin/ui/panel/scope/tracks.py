@@ -190,8 +190,7 @@ class Words(Track):
 
     def __init__(self, kind: str, growing: bool) -> None:
         super().__init__(kind)
-        self.growing = growing
-        """True if a text that begins with the previous text is the same message with more characters."""
+        self.growing = growing  # A text that begins with the previous one is the same message with more characters.
         self.changes: list[tuple[int, str]] = []
         self.begins: list[int] = []  # Start times of messages.
         self.messages: list[str] = []

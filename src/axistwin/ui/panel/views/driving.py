@@ -278,8 +278,7 @@ def _timeline(context: Context) -> Refresh:
     slider.classes("timeline").mark("timeline")
     box = ui.input(placeholder="seconds").props('dense outlined aria-label="go to this moment"')
     box.classes("moment rest").mark("moment")
-    held = False
-    """True while the user holds the slider, so that a frame does not reset the value before the user releases it."""
+    held = False  # True while the user holds the slider: no frame resets the value before the user releases it.
 
     def hold(on: bool) -> None:
         nonlocal held

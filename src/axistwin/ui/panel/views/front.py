@@ -10,8 +10,7 @@ from axistwin.ui.panel.context import Context, Refresh, seldom, together
 from axistwin.ui.panel.turns import breathe
 from axistwin.ui.panel.views.parts import Light, Readout, called, drawer
 
-Show = Callable[[int | str | None], None]
-"""Function that shows a value on the page; None stands for a controller without power."""
+Show = Callable[[int | str | None], None]  # Shows a value on the page; None: the controller has no power.
 SELDOM = 5  # Number of frames between two updates of the list of registers.
 
 
@@ -40,8 +39,7 @@ def generic(controller: Controller) -> tuple[Group, ...]:
     return tuple(group for group in groups if group.items)
 
 
-NOTHING = object()
-"""Marker for a value that has not been read yet; it differs from all values of terminals and registers."""
+NOTHING = object()  # Marks a value that has not been read yet; it differs from all values of terminals and registers.
 
 
 class _Source:

@@ -17,8 +17,7 @@ from axistwin.ui.panel.context import Context, Refresh, seldom
 from axistwin.ui.panel.drawings.listing import Lines
 from axistwin.ui.panel.turns import breathe
 
-MOST_BYTES = 1 << 18
-"""Largest size of a program in bytes: ten times a real program, but less than a browser's message can contain."""
+MOST_BYTES = 1 << 18  # Largest program: ten times a real one, but less than a browser's message can contain.
 TOO_LONG = f"the text is too long: expected at most {MOST_BYTES:,} characters"
 SUFFIXES = {**KINDS, ".sms": "smartmotor"}  # Controller family by suffix of the program file.
 EMPTY = Listing("", ())
