@@ -41,6 +41,5 @@ def test_every_code_and_every_command_is_listed(site):
         rule.code for table in codes.tables().values() for rule in table if f'id="{rule.code.lower()}"' not in page
     ]
     assert missing == []
-    text = (site / "generated" / "commands.html").read_text(encoding="utf-8")
-    rows = len(re.findall("<tr", text))
+    rows = len(re.findall("<tr", (site / "generated" / "commands.html").read_text(encoding="utf-8")))
     assert rows == 3 + sum(len(product(model).commands) for model in ("if2", "1811", "smartmotor"))

@@ -69,8 +69,7 @@ def test_a_page_prints_what_it_shows(name, tmp_path):
     text = page(name)
     (copy, copied), (serve, ports) = acts(text)[:2]
     assert copy == "axistwin examples old-hosts hosts"
-    listed = run("examples", "old-hosts", tmp_path / "hosts").out
-    assert listed.replace(f"{tmp_path}/", "") == copied
+    assert run("examples", "old-hosts", tmp_path / "hosts").out.replace(f"{tmp_path}/", "") == copied
 
     scene = tmp_path / serve.removeprefix("axistwin serve ")
     declared = axistwin.Scene.load(scene).ports

@@ -89,8 +89,7 @@ def test_the_lines_for_asyn_are_those_that_serve_shows():
 
 def test_what_the_ioc_says_is_understood():
     """Each exchange of the protocol file, sent as StreamDevice sends it, is understood."""
-    protocol = files(page("epics"))["feeder.proto"]
-    commands = re.findall(r"^(\w+) *\{(.*)\}", protocol, re.MULTILINE)
+    commands = re.findall(r"^(\w+) *\{(.*)\}", files(page("epics"))["feeder.proto"], re.MULTILINE)
     exchanges = {name: re.findall(r'(out|in) "(.*?)"', body) for name, body in commands}
     with axistwin.serve("if1", speed="manual", X={"limits": [-10, 2500]}) as twin:
         url = twin.ports["if1"]

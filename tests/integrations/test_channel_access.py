@@ -316,8 +316,7 @@ def test_a_client_that_does_not_read_its_updates_delays_nobody(monkeypatch, capl
 
 
 def test_invalid_messages_of_a_hundred_clients_are_a_few_lines(scene_file):
-    port = free_port()
-    words = ("ioc", scene_file, "--prefix", "LAB:", "--port", port, "--json")
+    words = ("ioc", scene_file, "--prefix", "LAB:", "--port", free_port(), "--json")
     with running(*words) as program:
         address, number = json.loads(program.stdout.readline())["address"].split(":")
         for _ in range(100):

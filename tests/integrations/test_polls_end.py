@@ -40,5 +40,4 @@ def test_polls_that_end_by_an_error_of_ours_are_told(kind):
             machine.stations[0].axes["motor"].changed = fails
             return await told
 
-    error = asyncio.run(session())
-    assert [str(one) for one in error.exceptions] == ["of ours"]
+    assert [str(one) for one in asyncio.run(session()).exceptions] == ["of ours"]

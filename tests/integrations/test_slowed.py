@@ -46,8 +46,7 @@ class Slow:
 
 def test_a_time_out_ends_in_virtual_time():
     slow = Slow()
-    port = paced_port.PacedPort(slow, slow)
-    assert asyncio.run(port.read(0.5)) == b""
+    assert asyncio.run(paced_port.PacedPort(slow, slow).read(0.5)) == b""
     # The clock reads 0.1 s at first, so the end is at 0.6 s: 0.4 s of 0.5 times real time is left after the next look.
     assert slow.waits == pytest.approx([0.8, 0.4, 0.001, 0.001])
     assert asyncio.run(paced_port.PacedPort(given := Slow(b"A"), given).read(10)) == b"A"

@@ -302,8 +302,7 @@ def test_each_kind_of_trajectory_is_that_of_the_reference(happenings, random):
 @THOROUGH
 @given(random=CHANCE)
 def test_a_program_is_carried_out_as_the_reference_does(random):
-    text = inventing.program(random)
-    all_of_them = Beside(random, text)
+    all_of_them = Beside(random, inventing.program(random))
     for _ in range(40):
         why = all_of_them.run(random.randint(1, 30))
         if random.random() < 0.1:

@@ -31,8 +31,7 @@ def span(scope):
 
 def test_signals_are_chosen_from_a_list(panel, scope):
     click(panel.button("List", scope))
-    search = panel.field("Search")
-    search.fill(f"{panel.facts.who}.{panel.facts.pin}")
+    panel.field("Search").fill(f"{panel.facts.who}.{panel.facts.pin}")
     box = panel.page.get_by_role("checkbox", name=f"{panel.facts.who}.{panel.facts.pin}", exact=True)
     expect(box).to_be_checked()
     click(box)

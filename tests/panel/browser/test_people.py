@@ -17,8 +17,7 @@ def people(page):
 @on("drill")
 def test_one_drives_and_another_sees_who_and_takes_over_and_names_are_words(machine, panel, visiting):
     panel.begin()
-    name = people(panel.page)
-    panel.say(name, NAME)
+    panel.say(people(panel.page), NAME)
     panel.page.get_by_text(f"{SHOWN} — drives").wait_for()
     strike(panel.page, "Escape")
     with visiting(machine[1], PHONE) as visit:

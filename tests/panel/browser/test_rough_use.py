@@ -14,8 +14,7 @@ RINGED = """() => {
 def test_tab_leads_into_a_terminal_and_out_again(panel):
     panel.moving()
     who = panel.facts.who
-    tab = panel.tab(who, "Terminal")
-    screen = tab.get_by_test_id(f"terminal {who}").locator("textarea")
+    screen = panel.tab(who, "Terminal").get_by_test_id(f"terminal {who}").locator("textarea")
     screen.focus()
     panel.page.keyboard.press("Tab")
     expect(panel.field(f"say to {who}")).to_be_focused()
