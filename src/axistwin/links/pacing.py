@@ -262,10 +262,8 @@ class Pacer:
     def _restart(self) -> None:
         assert self._loop is not None
         self._cancel()
-        if self._speed is None:
-            self._drive = FullSpeed(self, self._loop)
-        else:
-            self._drive = RealTime(self, self._loop, self._speed, self.delays)
+        loop, speed = self._loop, self._speed
+        self._drive = FullSpeed(self, loop) if speed is None else RealTime(self, loop, speed, self.delays)
 
     def _cancel(self) -> None:
         self.plan += 1

@@ -26,9 +26,7 @@ log = getLogger("axistwin.links")
 
 RECEIVE_BUFFER = 16 * 1024  # The system's receive buffer: a client that sends too fast is blocked, as on a real line.
 STALLED = 64 * 1024  # Largest number of bytes that are buffered for a client that does not read.
-WEB_REQUESTS = tuple(
-    method + b" /" for method in (b"GET", b"POST", b"HEAD", b"PUT", b"PATCH", b"DELETE", b"OPTIONS")
-)  # fmt: skip
+WEB_REQUESTS = tuple(method + b" /" for method in (b"GET", b"POST", b"HEAD", b"PUT", b"PATCH", b"DELETE", b"OPTIONS"))
 """First characters of an HTTP request, which any web page can make a browser send; no host begins with them."""
 NUL_LINE = b"\r\0"  # End of a line that a telnet client sends.
 LINGER_S = 1.0  # Seconds for which answers are still sent to a client that has closed its side, such as `nc -N`.

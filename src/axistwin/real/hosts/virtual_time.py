@@ -18,17 +18,15 @@ class VirtualEnd(End):
         super().__init__()
         self.bench, self.controller, self._messages = bench, controller, bytearray()
         self._host = None
+        self.messages = controller.product.attend is not None
+        self.has_line = not self.messages
         if controller.product.attend is not None:
             self._host = controller.product.attend(controller.bus)
             self._host.subscribe_received(self._messages.extend)
-        else:
-            controller.serial.subscribe_received(lambda byte, _: self._messages.append(byte))
-        self.messages = controller.product.attend is not None
-        if self.messages:
             # A board on a bus answers at once, but a SmartMotor answers at the end of a sample period.
             self.grain_s = self._BUS_GRAIN_S
-        self.has_line = not self.messages
-        if self.has_line:
+        else:
+            controller.serial.subscribe_received(lambda byte, _: self._messages.append(byte))
             self.frame_s = controller.serial.host.format.frame_ns / S
 
     def set_line(self, line: UartFormat) -> None:
@@ -63,9 +61,7 @@ class VirtualEnd(End):
                 clock.run_to(end_ns)
                 break
             clock.step()
-        data = bytes(self._messages)
-        self._messages.clear()
-        return data
+        return self._taken()
 
     def drain(self) -> bytes:
         """Return the rest of the answers to earlier requests.
@@ -74,6 +70,9 @@ class VirtualEnd(End):
         in the same phase of their 10 ms cycle.
         """
         self.bench.clock.run_to(-(-self.bench.now // self._PHASE_NS) * self._PHASE_NS)
+        return self._taken()
+
+    def _taken(self) -> bytes:
         data = bytes(self._messages)
         self._messages.clear()
         return data

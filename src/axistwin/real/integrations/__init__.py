@@ -10,6 +10,4 @@ from axistwin.real.integrations.driven_scene import Machine, at_port, driver_ins
 from axistwin.real.integrations.pins_and_registers import Point
 from axistwin.real.integrations.station import Station
 
-__all__ = [
-    "DrivenAxis", "Goal", "InnerPort", "Machine", "Point", "Station", "at_port", "driver_inside", "of_scene",
-]  # fmt: skip
+__all__ = ["DrivenAxis", "Goal", "InnerPort", "Machine", "Point", "Station", "at_port", "driver_inside", "of_scene"]

@@ -337,6 +337,4 @@ def first(facts: Mapping[str, str]) -> bytes:
     return b"E" + facts.get("terminator", "\r").encode()
 
 
-DIALECT = Dialect(
-    cases, examine, first, answer_form, equip=equip, initialise=initialise, patience_s=RECALCULATION_S
-)  # fmt: skip
+DIALECT = Dialect(cases, examine, first, answer_form, equip=equip, initialise=initialise, patience_s=RECALCULATION_S)

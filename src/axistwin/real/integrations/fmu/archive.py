@@ -111,7 +111,4 @@ def _settings(scene: Scene, texts: Mapping[str, str], commands: Mapping[str, str
     contents = json.dumps([VERSION, sorted(texts.items()), list(commands.items())])
     token = uuid5(NAMESPACE_URL, sha256(contents.encode()).hexdigest())
     description = " ".join(scene.title.split()) or f"Scene {scene.file.name}"
-    return {
-        "version": VERSION, "commands": dict(commands), "description": description,
-        "token": str(token),
-    }  # fmt: skip
+    return {"version": VERSION, "commands": dict(commands), "description": description, "token": str(token)}

@@ -66,11 +66,8 @@ def _variables(commands: Mapping[str, Instruction]) -> list[Case]:
         for value in (127, -128, 70_000)
     ]
     found += [case(f"a={text}", section, f"a={text}", "Ra", "RBd", "Zd") for text in EXPRESSIONS]
-    printing = commands["PRINT()"].chapter
-    found += [
-        case(f"PRINT({text})", printing, f"PRINT({text})") for text in ('"text"', "#65", '"a=",a,#13', "1+2", '"a","b"')
-    ]
-    return found
+    printed = ('"text"', "#65", '"a=",a,#13', "1+2", '"a","b"')
+    return [*found, *(case(f"PRINT({text})", commands["PRINT()"].chapter, f"PRINT({text})") for text in printed)]
 
 
 def _wrong(commands: Mapping[str, Instruction], firmware: str) -> list[Case]:

@@ -175,9 +175,7 @@ class Motion:
             group.reported, found = True, self.positions(group.axes)
             for axis in group.axes:
                 self._set(axis, found[axis.name])
-            self.reports.append(
-                {"stopped": group.name, "by": group.by, "late": group.late_s, "positions": found}
-            )  # fmt: skip
+            self.reports.append({"stopped": group.name, "by": group.by, "late": group.late_s, "positions": found})
 
 
 def make_pins(hal: Any, component: Any, setup: dict[str, Any]) -> None:
