@@ -49,8 +49,7 @@ class Board(Core):
         self.home_definition = bytes([home_active_high, home_edge_ccw, home_percent, 0])
         self.messages: deque[bytes] = deque(maxlen=256)
         """Messages of the board that are not answers to requests, oldest first: events, alarms, markers."""
-        self._known = False
-        self._lost = ""
+        self._known, self._lost = False, ""
         self._syncs, self._owes, self._half = 0, False, False
         """Number of synchronisations; True while a request is not answered; True while a command is not complete."""
         self._resetting = False
@@ -100,8 +99,7 @@ class Board(Core):
         if status & FAILED:
             raise FailedError(f"the 1811 has reported a failure: {FAIL.remedy}")
         if self._known and self.marker_bit is not None and status & READY and not status >> self.marker_bit & 1:
-            self._known = False
-            self._lost = "the board was reset or its power was cut"
+            self._known, self._lost = False, "the board was reset or its power was cut"
             yield from self._prepare()
         return status
 

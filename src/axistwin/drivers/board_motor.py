@@ -39,16 +39,14 @@ class Motor(AxisCore):
 
     def __init__(self, board: "Board") -> None:
         super().__init__("motor", velocity=10_000.0, acceleration=100_000.0)
-        self.max_velocity = 546_133.0
-        self._board = board
+        self.max_velocity, self._board = 546_133.0, board
         self._profile: tuple[int, int] | None = None
         self._homing, self._home_failed = False, False
         self._begin_by: float | None = None
         self._streaming = False
         self._tail_s = 0.0
         """Longest pause in a motion that consists of several: a search for home, or a stream, which ends with zeros."""
-        self._has_moved = False
-        self._home_from = 0
+        self._has_moved, self._home_from = False, 0
 
     def _aim(self, target: int | None, *, seeking: bool = False, faults: tuple[Fault, ...] = ()) -> None:
         super()._aim(target, seeking=seeking, faults=faults)

@@ -60,9 +60,7 @@ class IF1(Core):
             raise ValueError(f"invalid home_input {home_input}: expected 1, 2 or 3")
         positive("start_stop", start_stop)
         self.echo, self.speed_range, self.start_stop, self.home_input = echo, speed_range, start_stop, home_input
-        self._linefeed = False
-        self._known = False
-        self._probes = 0
+        self._linefeed, self._known, self._probes = False, False, 0
         self._ramp: float | None = None
         self._move: Move | None = None
         self.axes = {name: IF1Axis(self, name) for name in "XYZ"}

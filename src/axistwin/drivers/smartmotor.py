@@ -238,10 +238,7 @@ class Shaft(AxisCore):
         super().__init__("shaft" if address is None else f"shaft{address}", velocity=4000.0, acceleration=20_000.0)
         self.max_velocity = 300_000.0
         self.prefix = b"" if address is None else bytes([0x80 + address])
-        self._line = line
-        self._set_acceleration = 0
-        self._homing = 0
-        self._lost = ""
+        self._line, self._set_acceleration, self._homing, self._lost = line, 0, 0, ""
         self._setting = 0
         """Acceleration that is being set; 0 if none is.  Without an answer, the motor may have it or not."""
 

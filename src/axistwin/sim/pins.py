@@ -36,15 +36,13 @@ class Pin:
 
     def __init__(self, clock: Clock, name: str, level: bool = False, *, output: bool = False) -> None:
         self.clock, self.name = clock, name
-        self._output = output
-        self._source = level
+        self._output, self._source = output, level
         self._driven: bool | None = None
         self._holds: list[_Held] = []
         self._changes: Signal[Pin] = Signal()
         self.lead_changes: Signal[[]] = Signal()  # Event: the test lead has changed, even to an equal level.
         self._changed: Event | None = None
-        self._flash_ns = 0
-        self._flash_from = 0
+        self._flash_ns, self._flash_from = 0, 0
 
     def __repr__(self) -> str:
         return f"<Pin {self.name} {'high' if self.level else 'low'}>"

@@ -57,8 +57,7 @@ class RegisterPort:
     """The registers; the host uses `read`, `write`, `interrupt` and `init`, the device all others."""
 
     def __init__(self, clock: Clock) -> None:
-        self.clock = clock
-        self.powered = False
+        self.clock, self.powered = clock, False
         self.input, self.output = Fifo(), Fifo()
         self._status = 0
         self.status_changes: Signal[[]] = Signal()  # Event: the status byte has changed.

@@ -311,8 +311,7 @@ class Uart:
         self.peers: tuple[Uart, ...] = ()  # The ends whose characters arrive here.
         self.received: Signal[int, LineError] = Signal()  # Emitted with each received character, after `on_receive`.
         self.queue: deque[int | Break] = deque()
-        self.sending = False
-        self.held = False
+        self.sending, self.held = False, False
         self.when_empty = Moment(self.clock)  # The transmitter's holding register is empty.
         self.when_idle = Moment(self.clock)  # All queued characters have been sent.
 

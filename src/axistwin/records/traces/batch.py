@@ -47,8 +47,7 @@ class ChangeQueue:
     """Changes that have not been written yet, as a list for each signal."""
 
     def __init__(self, signals: Sequence[Signal]) -> None:
-        self.count = 0
-        self._signals = signals
+        self.count, self._signals = 0, signals
         self._changes: list[list[tuple[int, Value]]] = [[] for _ in signals]
 
     def add(self, time_ns: int, signal: int, value: Value) -> None:
@@ -87,8 +86,7 @@ class Rows:
 
     def __init__(self, columns: int) -> None:
         self._blocks: list[tuple[NDArray[np.int64], ...]] = []
-        self._columns = columns
-        self.waiting = 0
+        self._columns, self.waiting = columns, 0
 
     def add(self, *columns: "Sequence[int] | NDArray[np.int64]") -> None:
         self._blocks.append(tuple(np.asarray(column, np.int64) for column in columns))

@@ -134,8 +134,7 @@ class Tracer:
         self._places = {signal.full: n for n, signal in enumerate(signals)}
         self._waiting = ChangeQueue(signals)
         self.written_ns = bench.now  # All changes before this time have been written.
-        self._moves = 0
-        self._writing = False
+        self._moves, self._writing = 0, False
         self._steppers: list[StepperTrace] = []
         self._servos: list[ServoTrace] = []
         self._computing_ahead: list[ServoAxis] = []

@@ -19,8 +19,7 @@ class Break:
         self.hits = 0  # Number of times that this breakpoint has stopped the bench.
         self._bench, self._on_hit = bench, on_hit
         self._unsubscribe: Callable[[], object] | None = None
-        self._on = False
-        self.on = True
+        self._on, self.on = False, True
 
     def __repr__(self) -> str:
         return f"<Break {self.sentence}: {'on' if self.on else 'off'}, {self.hits} hits>"

@@ -55,8 +55,7 @@ class Journal:
         self._data = bytearray()
         self._numbers: dict[Act, int] = {}
         self._acts: list[Act] = []
-        self._texts = 0
-        self._last_ns = 0
+        self._texts, self._last_ns = 0, 0
         self._pass: int | None = None
 
     @property
