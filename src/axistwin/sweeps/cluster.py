@@ -103,7 +103,8 @@ class Cluster:
                 if not threads or self._client.status != "running":
                     raise self._lost()
             while len(under_way) < PER_THREAD * threads:
-                batch = [again.pop()] if again else list(islice(waiting, self._batch_size()))
+                size = max(1, min(MOST_TASKS, int(BATCH_S / self._run_s)))
+                batch = [again.pop()] if again else list(islice(waiting, size))
                 if not batch:
                     break
                 future = self._client.submit(perform, self._setup, batch, self._limit_s, pure=False)
@@ -118,9 +119,6 @@ class Cluster:
                     again += batch
                 else:
                     yield from self._ended(future, batch)
-
-    def _batch_size(self) -> int:
-        return max(1, min(MOST_TASKS, int(BATCH_S / self._run_s)))
 
     def _ended(self, future: Any, batch: Sequence[Task]) -> Iterator[Row]:
         if future.status == "finished":

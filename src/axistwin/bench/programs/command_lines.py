@@ -88,10 +88,9 @@ def send_lines(bench: Bench, acts: Iterable[Act], deadline_ns: int, file: str = 
     planned = [(act, sender.prepare(act)) for act in acts]
     sender.initialise()
     if bench.now >= deadline_ns and planned:
-        longer = ceil(2 * bench.seconds)
         return (
             f"no line was sent, as the interface is ready only at {bench.seconds:g} s: "
-            f"run longer with --for SECONDS, e.g. --for {longer}"
+            f"run longer with --for SECONDS, e.g. --for {ceil(2 * bench.seconds)}"
         )
     timed = True
     for act, do in planned:

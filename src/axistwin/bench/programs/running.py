@@ -58,8 +58,7 @@ def load(path: Path, target: str = "") -> Program:
             prepare = partial(open_channels, conversation)
             return Program(partial(_play, conversation), options(conversation, target), prepare)
         case ".if1":
-            lines = tuple(read_command_lines(load_text(path), str(path)))
-            return Program(partial(_send, send_lines, lines, str(path)))
+            return Program(partial(_send, send_lines, tuple(read_command_lines(load_text(path), str(path))), str(path)))
         case ".181x":
             acts = tuple(command_strings(load_text(path), language_of(target), str(path)))
             return Program(partial(_send, send_commands, acts, str(path)))

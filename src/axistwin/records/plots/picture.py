@@ -246,8 +246,7 @@ class _Picture:
             place = float(len(speakers) - 1 - n)
             row.vlines([word.time_ns / S for word in words], place, place + 0.2, color=INK, linewidth=0.7)
             mark = ">" if speaker.startswith("host") else "<"
-            texts = [(word.time_ns, f"{mark} {word.text}") for word in words]
-            for at_ns, level, text in self._fitting(texts):
+            for at_ns, level, text in self._fitting([(word.time_ns, f"{mark} {word.text}") for word in words]):
                 row.text(
                     at_ns / S, place + 0.22 + 0.3 * level, text,
                     family="monospace", fontsize=WORDS_SIZE, color=INK, parse_math=False,

@@ -162,8 +162,7 @@ def _rows(lines: Iterator[str], about: dict[str, str]) -> Iterator[str]:
 
 
 def _kinds(about: dict[str, str]) -> dict[str, str]:
-    lines = about.pop("signals", "").splitlines()
-    told = (line.rpartition(" ") for line in lines)
+    told = (line.rpartition(" ") for line in about.pop("signals", "").splitlines())
     return {name: kind for name, _, kind in told if kind in KINDS}
 
 
@@ -292,7 +291,8 @@ def _parquet_table(path: Path) -> Any:
     except (pa.ArrowException, OSError, ValueError, MemoryError) as error:
         read_error = clipped("".join(str(error).splitlines()[:1])) or type(error).__name__
         raise TraceError(f"{path} is damaged or is not a Parquet file ({read_error})") from None
-    types = {field.name: str(_values_type(field.type)) for field in table.schema}
+    kinds = {field.name: field.type for field in table.schema}
+    types = {name: str(kind.value_type if pa.types.is_dictionary(kind) else kind) for name, kind in kinds.items()}
     for name, wanted in COLUMNS.items():
         if types.get(name) != wanted or table.column_names.count(name) != 1:
             raise TraceError(
@@ -303,10 +303,6 @@ def _parquet_table(path: Path) -> Any:
         if table[name].null_count:
             raise TraceError(f"{path} is not a trace: expected a value in each row of the column {name}")
     return table
-
-
-def _values_type(kind: Any) -> Any:
-    return kind.value_type if pa.types.is_dictionary(kind) else kind
 
 
 def _parquet_kinds(path: Path, text: str | None) -> dict[str, str]:

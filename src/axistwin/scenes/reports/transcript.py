@@ -187,8 +187,7 @@ def _message(item: Message, codec: Codec) -> str:
     words = codec.words(data, item.by_host)
     if not words:
         return codec.show(data)
-    shown = codec.show(data if item.by_host else unpadded(data))
-    return f"{shown}   {words}"
+    return f"{codec.show(data if item.by_host else unpadded(data))}   {words}"
 
 
 def _errors(errors: LineError) -> list[str]:
