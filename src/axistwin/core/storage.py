@@ -37,6 +37,7 @@ class MemoryStore:
         self._contents: bytes | None = None
 
     def load(self) -> bytes | None:
+        """Return the contents that `save` has stored, or None before the first `save`."""
         return self._contents
 
     def save(self, contents: bytes) -> None:

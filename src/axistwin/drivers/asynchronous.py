@@ -38,7 +38,8 @@ class Port(Protocol):
 
     async def pause(self, seconds: float) -> None: ...
 
-    def time(self) -> float: ...
+    def time(self) -> float:
+        """Return the present time of the clock in seconds."""
 
     async def close(self) -> None: ...
 
@@ -50,6 +51,7 @@ class WallClock:
         await asyncio.sleep(seconds)
 
     def time(self) -> float:
+        """Return the present time of the clock in seconds."""
         return time.monotonic()
 
 

@@ -64,7 +64,6 @@ class ServoMotor:
 
     @property
     def counts_per_radian(self) -> float:
-        """Encoder counts per radian of the shaft."""
         return self.counts_per_rev / (2 * pi)
 
 

@@ -267,6 +267,7 @@ class UserPin(Pin):
 
     @property
     def volts(self) -> float:
+        """Voltage at the terminal, in V."""
         return self._volts
 
     @property

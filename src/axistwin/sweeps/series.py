@@ -47,7 +47,6 @@ class Series:
 
 
 def combined(function: Callable[..., NDArray[Any]], *parts: Series) -> Series:
-    """Apply `function` to the values of several signals, and return the result as a new signal."""
     times = np.unique(np.concatenate([part.times for part in parts]))
     return Series(times, function(*(part.at(times) for part in parts)), max(part.end_ns for part in parts))
 

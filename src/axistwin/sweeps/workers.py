@@ -81,7 +81,6 @@ class Workers:
         return [worker.process.pid for worker in self._workers if worker.process is not None]
 
     def map(self, tasks: Iterable[Task]) -> Iterator[Row]:
-        """Execute the runs of a sweep in parallel, and yield the results of each run as soon as the run ends."""
         waiting, rows = iter(tasks), SimpleQueue[Row | BaseException | None]()
         threads = [Thread(target=self._serve, args=(worker, waiting, rows), daemon=True) for worker in self._workers]
         for thread in threads:

@@ -108,7 +108,6 @@ class Chance:
         self._state = seed & _MASK
 
     def bits(self) -> int:
-        """Return the next 64 random bits."""
         self._state = (self._state + _STEP) & _MASK
         mixed = self._state
         mixed = (mixed ^ (mixed >> 30)) * 0xBF58476D1CE4E5B9 & _MASK

@@ -86,7 +86,6 @@ class Player:
         self.patience_s = conversation.seconds_in("patience", PATIENCE_S)
 
     def subscribe(self, stack: ExitStack) -> None:
-        """Subscribe to replies until `stack` is closed."""
         for name, received in self.received.items():
             self.hosts[name] = stack.enter_context(host_at(self.bench, name))
             self.hosts[name].subscribe_received(received.extend)

@@ -31,7 +31,6 @@ class Batch:
         return len(self.times)
 
     def part(self, begin: int, end: int) -> "Batch":
-        """Return the signal changes from index `begin` up to, but not including, index `end`."""
         return Batch(self.times[begin:end], self.signals[begin:end], self.values[begin:end], self.texts)
 
     def middle(self) -> int:

@@ -66,6 +66,7 @@ class Move:
 
     @property
     def origin(self) -> int:
+        """Position before the move, in pulses."""
         return self.train_move.origin
 
     @property

@@ -37,7 +37,6 @@ class Break:
         self._on = bool(on)
 
     def suspend(self) -> None:
-        """Suspend the breakpoint until `resume` is called."""
         unsubscribe, self._unsubscribe = self._unsubscribe, None
         if unsubscribe is not None:
             unsubscribe()

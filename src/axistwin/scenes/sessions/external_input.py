@@ -173,7 +173,6 @@ class Replay:
         self._schedule_next()
 
     def is_due_by(self, time_ns: int) -> bool:
-        """True if a recorded action up to this time has not been performed yet."""
         return self._next_ns <= time_ns
 
     def abandon(self) -> Tail:

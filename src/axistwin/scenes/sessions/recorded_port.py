@@ -42,7 +42,6 @@ class MutableLine(Pin):
 
     @property
     def level(self) -> bool:
-        """Present level of a serial control line, e.g. DTR."""
         return self._line.level
 
     def mute(self, on: bool) -> None:
@@ -149,11 +148,9 @@ class RecordedPort:
         self.do(SendBreak(seconds), lambda port: port.send_break(seconds))
 
     def drop_pending(self) -> None:
-        """Discard all queued characters that have not been sent."""
         self.do(DropPending(), lambda port: port.drop_pending())
 
     def subscribe_received(self, callback: Callable[[int, LineError], None]) -> Callable[[], None]:
-        """Call `callback(byte, errors)` for each character that the host receives.  Return an unsubscribe function."""
         return self._receives.subscribe(callback)
 
     def _received(self, byte: int, errors: LineError) -> None:
@@ -172,7 +169,6 @@ class RecordedBus:
         self.interrupt_line = MutableLine(bus.interrupt_line)
 
     def attach(self, bus: RegisterPort) -> None:
-        """Connect this port to a new board.  The registers are not changed."""
         self.present = bus
         self.interrupt_line.attach(bus.interrupt_line)
 
