@@ -37,12 +37,9 @@ def name(request):
 def printed(commands, directory):
     """Return the standard output of the commands in one shell, without a display and with an open keyboard."""
     environment = os.environ | {
-        "PATH": f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}",
-        "PYTHONPATH": str(HOME / "src"),
-        "SDL_VIDEODRIVER": "dummy",
-        "SDL_AUDIODRIVER": "dummy",
-        "HOME": str(directory),
-    }
+        "PATH": f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}", "PYTHONPATH": str(HOME / "src"),
+        "SDL_VIDEODRIVER": "dummy", "SDL_AUDIODRIVER": "dummy", "HOME": str(directory),
+    }  # fmt: skip
     keyboard, typist = os.pipe()
     try:
         done = subprocess.run(

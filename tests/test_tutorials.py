@@ -67,8 +67,7 @@ def lay_out(text, directory):
 
 @pytest.mark.parametrize("name", ["pyserial", "pyvisa"])
 def test_a_tutorial_prints_what_it_shows(name, tmp_path):
-    text = page(name)
-    ran = 0
+    text, ran = page(name), 0
     for block in sorted((*FILE.finditer(text), *CONSOLE.finditer(text)), key=re.Match.start):
         lay_out(block[0], tmp_path)  # in the order in which a reader creates them
         for command, expected in acts(block[0]):

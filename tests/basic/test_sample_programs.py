@@ -32,7 +32,6 @@ def together(*signs: str) -> dict[str, int]:
 @pytest.mark.parametrize("program", range(1, 12))
 def test_each_listing_is_found_whole(program):
     lines = list(printed(program))
-
     assert len(lines) > 40 and lines == sorted(lines)
 
 
@@ -50,7 +49,6 @@ def test_the_programs_for_the_ibm_pc_run_nearly_as_they_are_printed():
         for line, text in printed(program).items()
         if text != runnable(program)[line]
     ]
-
     assert changed == [(7, 270), (9, 90)]
 
 
@@ -63,7 +61,6 @@ def test_the_programs_for_the_ibm_pc_run_nearly_as_they_are_printed():
 def test_the_index_loop_moves_x_forth_and_ten_times_back_and_forth(program, form, line, tmp_path):
     session = perform(program, form, tmp_path, line=line)
     session.bench.run(2.0)  # the program ends as soon as it has sent the last move
-
     assert session.moves() == FORTH_AND_TEN_TIMES_BACK_AND_FORTH and session.controller.axes["X"].position == 1000
     assert_no_complaint(session)
 
@@ -72,7 +69,6 @@ def test_sample_1_finds_every_character_echoed_and_each_takes_its_time_on_the_li
     """The program compares each character with its echo, at 9600 baud with 11 bits per character."""
     session = perform(1, "U62", tmp_path, line="9600 8N2")
     session.bench.run(2.0)
-
     gaps_ns = [after - before for before, after in itertools.pairwise(session.heard_ns)]
     assert min(gaps_ns) >= 11 * S // 9600
     assert session.heard.startswith(b"U\rX1000@1000$\rE\r")
@@ -85,7 +81,6 @@ def test_sample_8_sets_its_own_baud_rate_and_checks_the_echo_of_every_character(
     """Over RFC2217 the OPEN statement of the listing sets the line: 9600 baud, 8 data bits, 2 stop bits."""
     session = perform(8, "U62", tmp_path, link="rfc2217", line="300 7E1")
     session.bench.run(2.0)
-
     assert session.controller.serial.host.format == UartFormat(9600, 8, "N", 2)
     assert session.moves() == FORTH_AND_TEN_TIMES_BACK_AND_FORTH and session.screen.count("C\n") == 20
     assert_no_complaint(session)
@@ -93,7 +88,6 @@ def test_sample_8_sets_its_own_baud_rate_and_checks_the_echo_of_every_character(
 
 def test_sample_7_moves_x_and_y_forth_and_back(tmp_path):
     session = perform(7, "U61", tmp_path, link="rfc2217", line="2400 8N2")
-
     assert session.moves() == [{"X": 1000}, {"Y": 1000}, {"X": -1000}, {"Y": -1000}]
     assert session.heard.count(b"C\r") == 4
     assert_no_complaint(session)
@@ -102,7 +96,6 @@ def test_sample_7_moves_x_and_y_forth_and_back(tmp_path):
 def test_sample_10_ends_with_an_interpolated_move_forth_and_back(tmp_path):
     """ "X5000/Y500@6500$": Y has a tenth of the pulses of X, at a tenth of the speed, in the same time."""
     session = perform(10, "V62", tmp_path, line="9600 8N2")
-
     assert session.moves() == [*FORTH_AND_TEN_TIMES_BACK_AND_FORTH, {"X": 5000, "Y": 500}, {"X": -5000, "Y": -500}]
     assert [max(session.controller.axes[axis].train.move.profile.rates) for axis in "XY"] == [6500, 650]
     assert_no_complaint(session)
@@ -110,7 +103,6 @@ def test_sample_10_ends_with_an_interpolated_move_forth_and_back(tmp_path):
 
 def test_sample_11_ends_with_both_axes_at_the_same_speed(tmp_path):
     session = perform(11, "V61", tmp_path, line="2400 8N2")
-
     assert session.moves() == [
         *({"X": 1000}, {"Y": 1000}, {"X": -1000}, {"Y": -1000}),
         *({"X": 5000, "Y": 5000}, {"X": -5000, "Y": -5000}),
@@ -149,7 +141,6 @@ def assert_repeats_for_ever(program: int, session: Session) -> None:
     """Assert that with input 1 high the sequence repeats the same pass again and again."""
     session.controller.pins["input1"].drive(True)
     session.bench.run(600.0)
-
     moves = session.moves()
     assert len(moves) > 10 * len(PASSES[program])
     assert moves == [move for move, _ in zip(itertools.cycle(PASSES[program]), moves, strict=False)]
@@ -159,7 +150,6 @@ def assert_repeats_for_ever(program: int, session: Session) -> None:
 def test_the_sequence_waits_for_input_1_and_repeats_for_ever(program, form, line, tmp_path):
     session = perform(program, form, tmp_path, line=line)
     session.bench.run(10.0)
-
     assert session.ask("E") == "E"  # E: busy, because it waits
     assert session.moves() == [] and one_pass(session) == ON_AND_OFF
     assert session.moves() == PASSES[program]

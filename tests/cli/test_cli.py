@@ -68,12 +68,8 @@ def test_every_command_has_a_module(command):
 
 
 @pytest.mark.parametrize(("how", "code"), [
-    (None, 0),
-    (1, 1),
-    (UsageError("no such thing: choose another"), 2),
-    (LinkError("port 5001 is taken"), 2),
-    (ProgramError("no such step", file="a.if1", line=3, column=7), 1),
-    (KeyboardInterrupt(), 130)])  # fmt: skip
+    (None, 0), (1, 1), (UsageError("no such thing: choose another"), 2), (LinkError("port 5001 is taken"), 2),
+    (ProgramError("no such step", file="a.if1", line=3, column=7), 1), (KeyboardInterrupt(), 130)])  # fmt: skip
 def test_exit_codes(ending, capsys, how, code):
     assert ending(how) == code
     out, err = capsys.readouterr()

@@ -68,18 +68,12 @@ def free_port() -> int:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("words", [
-    ("serve", "if1"),
-    ("serve", "if1", "--tcp", "127.0.0.2:0"),
-    ("serve", "smartmotor", "--tcp", ":0", "--rs485", ":0"),
-    ("serve", "1811", "--bus", ":0"),
-    ("serve", "if1", "--rfc2217", ":0"),
-    ("serve", "if1", "--pty", "LINK"),
+    ("serve", "if1"), ("serve", "if1", "--tcp", "127.0.0.2:0"), ("serve", "smartmotor", "--tcp", ":0", "--rs485", ":0"),
+    ("serve", "1811", "--bus", ":0"), ("serve", "if1", "--rfc2217", ":0"), ("serve", "if1", "--pty", "LINK"),
     ("serve", "if1", "--tcp", ":0", "--panel", "0"),
     ("record", "--serial", "socket://CONTROLLER", "--tcp", "127.0.0.1:0", "-o", "FILE"),
-    ("opcua", "SCENE", "--port", "PORT"),
-    ("ioc", "SCENE", "--prefix", "L:", "--json", "--port", "PORT"),
-    ("ioc", "SCENE", "--prefix", "L:", "--json", "--port", "PORT", "--pva"),
-    ("term", "if1"),
+    ("opcua", "SCENE", "--port", "PORT"), ("ioc", "SCENE", "--prefix", "L:", "--json", "--port", "PORT"),
+    ("ioc", "SCENE", "--prefix", "L:", "--json", "--port", "PORT", "--pva"), ("term", "if1"),
     ("lsp",)], ids=" ".join)  # fmt: skip
 def test_a_command_listens_where_the_documentation_says(words, tmp_path):
     for word, module in NEEDS.items():

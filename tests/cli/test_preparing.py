@@ -72,8 +72,7 @@ def test_what_is_not_in_the_cache_is_compiled_first_in_a_child_process(slow, mon
 
 
 def test_the_end_does_not_wait_for_the_child_process(slow, monkeypatch):
-    started = threading.Event()
-    popen = module.subprocess.Popen
+    started, popen = threading.Event(), module.subprocess.Popen
 
     def begun(*arguments, **options):
         child = popen(*arguments, **options)

@@ -137,21 +137,12 @@ def folder(tmp_path, monkeypatch):
 
 
 COMPLETED = {
-    ("r",): ["run", "record", "rescue", "replay"],
-    ("run", ""): [*FAMILIES, "cell/scene.toml"],
-    ("run", "i"): ["if1", "if2"],
-    ("run", "ce"): ["cell/scene.toml"],
-    ("run", "cell/"): ["cell/scene.toml"],
-    ("serve", "cell/s"): ["cell/scene.toml"],
-    ("run", "if1", ""): ["cell/deep/home.sms", "cell/feed.if1"],
-    ("check", "cell/f"): ["cell/feed.if1"],
-    ("plot", "a"): ["a.csv"],
-    ("commands", "18"): ["1810", "1811"],
-    ("examples", "d"): ["drill"],
-    ("docs", "po"): ["ports"],
-    ("run", "--pl"): ["--plot"],
-    ("completion", "b"): ["bash"],
-}
+    ("r",): ["run", "record", "rescue", "replay"], ("run", ""): [*FAMILIES, "cell/scene.toml"],
+    ("run", "i"): ["if1", "if2"], ("run", "ce"): ["cell/scene.toml"], ("run", "cell/"): ["cell/scene.toml"],
+    ("serve", "cell/s"): ["cell/scene.toml"], ("run", "if1", ""): ["cell/deep/home.sms", "cell/feed.if1"],
+    ("check", "cell/f"): ["cell/feed.if1"], ("plot", "a"): ["a.csv"], ("commands", "18"): ["1810", "1811"],
+    ("examples", "d"): ["drill"], ("docs", "po"): ["ports"], ("run", "--pl"): ["--plot"], ("completion", "b"): ["bash"],
+}  # fmt: skip
 
 
 @pytest.mark.usefixtures("folder")

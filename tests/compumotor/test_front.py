@@ -68,33 +68,16 @@ def stick(bench, board):
 
 
 SITUATIONS = {
-    (STATUS, "7"): interrupted,
-    (STATUS, "5"): failed,
-    (STATUS, "3"): command(0x84),
-    (STATUS, "2"): command(0x09, 2),
-    (STATUS, "1"): command(0x09, 1),
-    (STATUS, "0"): command(0x09, 0),
-    (BOARD, "ALARM"): failed,
-    (BOARD, "INT"): interrupted,
-    (MOVE, "+"): drive("cw_limit", True),
-    (MOVE, "−"): drive("ccw_limit", True),
-    (MOVE, "DIR −"): moving_minus,
-    (MOVE, "MOV"): cruise,
-    (MOVE, "CONST"): cruise,
-    (MOVE, "ACC"): accelerating,
-    (MOVE, "DEC"): decelerating,
-    (OUTPUTS, "RPS"): command(0x12, 1),
-    (OUTPUTS, "CW"): cruise,
-    (OUTPUTS, "STEP"): at_a_pulse,
-    (OUTPUTS, "CW STEP"): at_a_pulse,
-    (OUTPUTS, "CCW STEP"): lambda bench, board: at_a_pulse(bench, board, minus=1),
-    (LINES, "JU18"): command(0x84),
-    (LINES, "JU19"): failed,
-    (INPUTS, "CW"): drive("cw_limit", True),
-    (INPUTS, "CCW"): drive("ccw_limit", True),
-    (JOYSTICK, "REQ"): drive("remote_enable", False),
-    (JOYSTICK, "ACK"): joystick_enabled,
-}
+    (STATUS, "7"): interrupted, (STATUS, "5"): failed, (STATUS, "3"): command(0x84), (STATUS, "2"): command(0x09, 2),
+    (STATUS, "1"): command(0x09, 1), (STATUS, "0"): command(0x09, 0), (BOARD, "ALARM"): failed,
+    (BOARD, "INT"): interrupted, (MOVE, "+"): drive("cw_limit", True), (MOVE, "−"): drive("ccw_limit", True),
+    (MOVE, "DIR −"): moving_minus, (MOVE, "MOV"): cruise, (MOVE, "CONST"): cruise, (MOVE, "ACC"): accelerating,
+    (MOVE, "DEC"): decelerating, (OUTPUTS, "RPS"): command(0x12, 1), (OUTPUTS, "CW"): cruise,
+    (OUTPUTS, "STEP"): at_a_pulse, (OUTPUTS, "CW STEP"): at_a_pulse,
+    (OUTPUTS, "CCW STEP"): lambda bench, board: at_a_pulse(bench, board, minus=1), (LINES, "JU18"): command(0x84),
+    (LINES, "JU19"): failed, (INPUTS, "CW"): drive("cw_limit", True), (INPUTS, "CCW"): drive("ccw_limit", True),
+    (JOYSTICK, "REQ"): drive("remote_enable", False), (JOYSTICK, "ACK"): joystick_enabled,
+}  # fmt: skip
 """Actions that light a lamp which is dark on an idle board."""
 LIT_WHEN_READY = {
     (STATUS, "6"): lambda bench, board: board.bus.write(CONTROL, ENABLE),

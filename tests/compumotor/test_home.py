@@ -57,7 +57,6 @@ def test_every_edge_final_direction_start_and_place(bench, edge, final, start, p
     board, centre = machine(bench, place, home_ms=home_ms)
     define(bench, board, edge, final)
     search(bench, board, int(start == CCW))
-
     axis = board.axes["motor"]
     assert axis.position == where(centre, edge, final, late) and axis.train.move.direction == final
     assert axis.train.move.profile.segments[0].rate == FINAL

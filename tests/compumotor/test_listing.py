@@ -185,8 +185,7 @@ def test_sequences_do_not_nest_and_stay_as_they_are_while_one_is_performed(bench
     """While a sequence is performed, 41h, D9h and DAh from the host are ignored; within a sequence they are invalid."""
     define(bench, board, 1, (0x29, 0, 0, 1, 0), (0x41, 2), (0x0B, 1))
     define(bench, board, 2, (0x0C, 1))
-    before = board.programs
-    found = perform(bench, board, 1, 0.1)
+    before, found = board.programs, perform(bench, board, 1, 0.1)
     for command in ((0x41, 2), (0xDA, 1), (0xD9, 1), (0xDA, 2)):
         send(bench, board, *command)
     assert running(board) == {"sequence 1": 1}

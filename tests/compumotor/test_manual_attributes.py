@@ -120,14 +120,11 @@ def test_a_move_is_defined_within_its_ranges_only(code):
     for good in (moves(rest=rest), moves(0xFF, 0x52, highest, highest, rest)):
         assert table(code).decode(good) is not None
     bad = {
-        "move 00": moves(0, rest=rest),
-        "velocity range 6": moves(ranges=0x60, rest=rest),
-        "acceleration range 3": moves(ranges=0x03, rest=rest),
-        "velocity": moves(velocity=highest + 1, rest=rest),
-        "acceleration": moves(acceleration=highest + 1, rest=rest),
-        "a byte short": moves(rest=rest)[:-1],
+        "move 00": moves(0, rest=rest), "velocity range 6": moves(ranges=0x60, rest=rest),
+        "acceleration range 3": moves(ranges=0x03, rest=rest), "velocity": moves(velocity=highest + 1, rest=rest),
+        "acceleration": moves(acceleration=highest + 1, rest=rest), "a byte short": moves(rest=rest)[:-1],
         "a surplus byte": moves(rest=rest) + b"\1",
-    }
+    }  # fmt: skip
     assert [name for name, data in bad.items() if table(code).decode(data) is not None] == []
 
 
@@ -151,9 +148,7 @@ def test_the_units_of_parameters(code, units):
 
 
 @pytest.mark.parametrize(("code", "syntax"), [
-    ("29", "29 time[4]"),
-    ("2A", "2A time[2]"),
-    ("41", "41 sequence"),
+    ("29", "29 time[4]"), ("2A", "2A time[2]"), ("41", "41 sequence"),
     ("C8", "C8 move ranges velocity[4] acceleration[4] distance[4]"),
     ("52", "52 base clock divisor alarm[4] update rate[2]")])  # fmt: skip
 def test_the_syntax_that_is_listed(code, syntax):

@@ -89,8 +89,7 @@ COMMANDS = st.sampled_from([
 def hear(commands, gaps):
     """Send commands 20 ms apart, with any pauses between their bytes; return everything that resulted."""
     bench = Bench()
-    board = ready(bench)
-    heard = []
+    board, heard = ready(bench), []
     for command in commands:
         due = bench.now + 20 * MS
         for value in command:

@@ -19,10 +19,8 @@ def test_positions_on_the_way(bench, board):
     """80h, 81h during a move: pulses done and pulses left add up to the whole distance."""
     default(bench, board, 10_000, 100_000)
     send(bench, board, 0x33, *i32(-5_000), seconds=0.2)
-    early = board.axes["motor"].position
-    done = position(bench, board, 0x80)
-    missing = position(bench, board, 0x81)
-    late = board.axes["motor"].position
+    early, done = board.axes["motor"].position, position(bench, board, 0x80)
+    missing, late = position(bench, board, 0x81), board.axes["motor"].position
     assert late <= done <= early <= 0 and 5_000 + late <= missing <= 5_000 + done
 
 

@@ -28,9 +28,7 @@ def test_a_preset_move_is_a_trapezoid_that_ends_on_the_pulse(bench, board):
     """
     default(bench, board, 100_000, 1_000_000)
     complete(bench, board, 0x33, *i32(25_000))
-
-    times = steps(board)
-    motor = board.axes["motor"]
+    times, motor = steps(board), board.axes["motor"]
     assert motor.position == len(times) == 25_000
     began = motor.train.move.start_ns
     assert times[-1] - began == 348 * MS and sum(t - began <= 98 * MS for t in times) == 4_900
@@ -42,7 +40,6 @@ def test_a_short_move_is_a_triangle(bench, board):
     default(bench, board, 100_000, 1_000_000)
     send(bench, board, 0xA3, 1)
     complete(bench, board, 0x33, *i32(-1_000))
-
     times = steps(board)
     assert board.axes["motor"].position == -1_000
     assert times[-1] - board.axes["motor"].train.move.start_ns == 61_250 * US
@@ -60,7 +57,6 @@ def test_a_velocity_is_rounded_to_the_resolution_of_its_range_and_reported_as_as
     number = 12_345 * units if x in (0, 5) else 123 * units + 1
     asked = Fraction(number, units)
     send_all(bench, board, (0x31, 0, x << 4, *i32(number), *i32(NO_TIME)), (0x32, 0), seconds=1)
-
     move = board.axes["motor"].train.move
     rate = move.profile.rate_at(bench.now - move.start_ns)
     assert rate % resolution == 0 and abs(rate - asked) <= resolution / 2
@@ -105,11 +101,9 @@ def test_the_start_stop_velocity(bench, board):
     send(bench, board, 0xD6, *i32(1_000))
     default(bench, board, 10_000, 100_000)
     complete(bench, board, 0x33, *i32(5_000))
-    motor = board.axes["motor"]
-    times = steps(board)
+    motor, times = board.axes["motor"], steps(board)
     assert times[0] - motor.train.move.start_ns == 1 * MS and times[-1] - times[-2] == 1 * MS
     assert motor.position == 5_000
-
     default(bench, board, 500, 1)
     complete(bench, board, 0x33, *i32(100))
     assert steps(board)[-1] - motor.train.move.start_ns == 200 * MS

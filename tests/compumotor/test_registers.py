@@ -48,8 +48,7 @@ def test_a_message_has_sixteen_bytes_and_is_taken_with_bit_seven(bench, board):
 
 
 def test_the_input_ready_interrupt_is_cleared_by_bit_four(bench):
-    board = ready(bench, interrupts=("input_ready",))
-    seen = []
+    board, seen = ready(bench, interrupts=("input_ready",)), []
     board.bus.interrupt_line.subscribe(lambda pin: seen.append(pin.level))
     board.bus.write(1, ENABLE)
     write(board, 0x00, control=ENABLE)

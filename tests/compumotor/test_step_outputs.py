@@ -196,8 +196,7 @@ def test_a_limit_under_the_joystick_is_told_and_stops_nothing(bench, board, pin,
 
 def test_a_message_that_waits_and_an_empty_idb_are_both_in_the_status_byte(bench):
     """Installation: the first interrupt masks others on the line; status bits 3 to 5 show the present conditions."""
-    board = ready(bench, interrupts=("message_ready", "input_ready"))
-    edges = []
+    board, edges = ready(bench, interrupts=("message_ready", "input_ready")), []
     board.bus.write(1, 0x40)
     board.bus.interrupt_line.subscribe(lambda pin: edges.append(pin.level))
     send(bench, board, 0x8C, seconds=0.05)

@@ -22,7 +22,6 @@ def test_the_worked_parabola_pulse_by_pulse(bench, board):
     velocities(bench, board, *PARABOLA, *[0] * 7)
     assert free(bench, board) == 600 - 8 * 14
     complete(bench, board, 0x42)
-
     start_ns = board.axes["motor"].train.moves[1].start_ns
     assert steps(board) == accumulated([Fraction(50, 3) * v for v in PARABOLA], start_ns, 2 * MS)
     assert board.axes["motor"].position == sum(PARABOLA) // 30 == 26_041 == position(bench, board, 0x80)
@@ -43,7 +42,6 @@ def test_every_base_clock_and_divisor(bench, board, base, hertz, divisor):
     enter(bench, board, 0x52, base, divisor, rate=2)
     velocities(bench, board, 0x7FFF)
     send(bench, board, 0x42, seconds=0.1)
-
     move = board.axes["motor"].train.move
     assert move.profile.rate_at(bench.now - move.start_ns) == hertz / divisor * 0x7FFF / 65_536
     assert ask(bench, board, 0x85)[:4] == b"\x85\x7f\xff\0"
@@ -95,9 +93,7 @@ def test_pairs_of_velocity_and_distance(bench, board):
     pairs(bench, board, (0, 0), (0, 0), (0, 0))
     assert free(bench, board) == 600 - 24
     complete(bench, board, 0x42)
-
-    times = steps(board)
-    start_ns = board.axes["motor"].train.move.start_ns
+    times, start_ns = steps(board), board.axes["motor"].train.move.start_ns
     expected = [100 * MS, 125 * MS, 175 * MS]
     assert len(times) == 175 == board.axes["motor"].position
     assert all(abs(times[n - 1] - start_ns - at) <= 3 for n, at in zip((100, 150, 175), expected, strict=True))

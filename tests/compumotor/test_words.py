@@ -12,18 +12,13 @@ WORDS = Words(product("1811").commands)
 
 
 @pytest.mark.parametrize(("text", "command"), [
-    ("33 00 00 61 A8", "33 00 00 61 a8"),
-    ("33000061a8 ; a revolution", "33 00 00 61 a8"),
-    ("go_relative 25000", "33 00 00 61 a8"),
-    ("go_relative -1", "33 ff ff ff ff"),
-    ("go_relative 0x61A8", "33 00 00 61 a8"),
-    ("stop", "70"),
+    ("33 00 00 61 A8", "33 00 00 61 a8"), ("33000061a8 ; a revolution", "33 00 00 61 a8"),
+    ("go_relative 25000", "33 00 00 61 a8"), ("go_relative -1", "33 ff ff ff ff"),
+    ("go_relative 0x61A8", "33 00 00 61 a8"), ("stop", "70"),
     ("default_velocity_and_acceleration 51 1000 2000", "31 00 51 00 00 03 e8 00 00 07 d0"),
     ("define_continuous_move 7 00 1 2 1", "ce 07 00 00 00 00 01 00 00 00 02 01"),
-    ("define_home high 1 20 -", "38 01 01 14 01"),
-    ("repeat 3 500", "20 03 01 f4"),
-    ("go_relative_encoder 4", "35 00 00 00 04"),
-    ("interrupt_at_next_hit_of_plus_limit on", "a8 01")])  # fmt: skip
+    ("define_home high 1 20 -", "38 01 01 14 01"), ("repeat 3 500", "20 03 01 f4"),
+    ("go_relative_encoder 4", "35 00 00 00 04"), ("interrupt_at_next_hit_of_plus_limit on", "a8 01")])  # fmt: skip
 def test_a_command(text, command):
     assert WORDS.read(text) == bytes.fromhex(command)
 

@@ -119,13 +119,10 @@ def test_the_table(replay):
     assert shown.splitlines() == [
         "  line   hardware ms       twin ms   later by ms",
         r"     4         3.229         3.229         0.000  > (  < U\r",
-        r"     9         5.771         4.958             -  > N\r  differs",
-        r"      hardware  17\r",
-        r"          twin  0\r",
-        "                ^",
-        "2 acts of the controller, 1 different in bytes",
+        r"     9         5.771         4.958             -  > N\r  differs", r"      hardware  17\r",
+        r"          twin  0\r", "                ^", "2 acts of the controller, 1 different in bytes",
         "the twin is later by 0.000 ms (median), at worst by 0.000 ms in line 4",
-    ]
+    ]  # fmt: skip
 
 
 def test_brief_is_what_differs(replay):

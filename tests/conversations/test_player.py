@@ -33,11 +33,9 @@ def test_another_answer_is_shown_whole_with_a_caret(bench, if1):
     assert isinstance(difference, Difference)
     assert (difference.line, difference.expected, difference.got) == (3, r"527\r", r"0\r")
     assert str(difference).splitlines() == [
-        f"a.talk:3: at {difference.time_ns / 1e9:.9f} s the reply is different",
-        r"  expected  527\r",
-        r"  got       0\r",
-        "            ^",
-    ]
+        f"a.talk:3: at {difference.time_ns / 1e9:.9f} s the reply is different", r"  expected  527\r",
+        r"  got       0\r", "            ^",
+    ]  # fmt: skip
 
 
 def test_no_answer_is_a_difference_after_some_patience(bench, if1):

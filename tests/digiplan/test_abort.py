@@ -17,7 +17,6 @@ def test_a_run_is_stopped_again_by_a_high_level(bench, if1):
     play(bench, if1, "input1 low; : X @ 1000 G : H1 A : $; 10 s; E: E; K: 3; O: 2")
     x = times(if1.axes["X"])
     assert set(gaps(x[RAMP:])) == {1 * MS}
-
     before, at_ns = len(x), bench.now
     play(bench, if1, "input1 high; 1 s; E: C; K: 0")
     x = times(if1.axes["X"])
@@ -31,7 +30,6 @@ def test_the_stop_is_a_deceleration_along_the_ramp(bench, if1):
     stop_ns = bench.now
     if1.pins["input1"].drive(True)
     bench.run(1.0)
-
     level_s = Fraction(1, 100)
     up = [(rate, level_s) for rate in range(400, 1000, 100)]
     along = (1000, Fraction(stop_ns - start_ns(if1.axes["X"]), S) - 6 * level_s)

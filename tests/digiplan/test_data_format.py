@@ -73,8 +73,7 @@ def test_a_host_that_has_7_bits_can_initialise(bench, own, message):
 def test_12_bits_at_1200_baud_are_100_characters_per_second(bench):
     """Baud rate: "assuming 12 bits per character ... this is equivalent to 100 characters per second"."""
     if1 = ready(bench, "U64", line="1200 8N2")  # 8 data bits, even parity, 2 stop bits
-    received = arrivals(bench, if1)
-    begin = bench.now
+    received, begin = arrivals(bench, if1), bench.now
     if1.serial.write(b"I\r" * 50)  # 100 characters
     bench.run_until(lambda: not if1.serial.pending, 10)
     assert bench.now - begin == 990 * MS  # the last of the 100 characters has just begun
@@ -219,8 +218,7 @@ def test_characters_that_mean_nothing_are_echoed_too(bench):
 def test_the_echo_comes_when_the_character_has_been_taken(bench, baud):
     """Connection methods: "echo-back only occurs after a character has been processed": within a strobe, when idle."""
     if1 = ready(bench, "U62", line=f"{baud} 8N2")
-    received = arrivals(bench, if1)
-    begin = bench.now
+    received, begin = arrivals(bench, if1), bench.now
     write(if1, " ", end="")
     bench.run(1)
     there_and_back = 2 * 10 * S // baud  # twice the time to the end of the first stop bit

@@ -21,8 +21,7 @@ def gaps(times: list[int]) -> list[float]:
 def test_at_least_this_delay_before_each_transmitted_character(bench, if1, n):
     """Delay: "sending "D5 <CR>" will set a minimum delay of 50mS"; "The maximum programmable delay is 250mS"."""
     command(bench, if1, f"D{n}", seconds=0.1)
-    received = arrivals(bench, if1)
-    begin = bench.now
+    received, begin = arrivals(bench, if1), bench.now
     write(if1, "I")
     bench.run(2)
     assert bytes(byte for _, byte, _ in received) == b"200\r"

@@ -7,11 +7,9 @@ from axistwin.core.errors import UsageError
 
 FIGURES = ("self_test_s", "recalculation_s", "strobe_ms")
 ONE_OF = {
-    "wiring": ("5-wire", "3-wire", "3-wire DSR-DTR", "3-wire unlinked"),
-    "busy": ("hold", "ignore"),
-    "limits": ("any motion", "motion ahead"),
-    "unlock": ("last format", "lock format", "any format"),
-}
+    "wiring": ("5-wire", "3-wire", "3-wire DSR-DTR", "3-wire unlinked"), "busy": ("hold", "ignore"),
+    "limits": ("any motion", "motion ahead"), "unlock": ("last format", "lock format", "any format"),
+}  # fmt: skip
 
 
 @pytest.mark.parametrize(("name", "value"), [

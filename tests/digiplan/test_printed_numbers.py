@@ -76,8 +76,7 @@ def test_an_inter_character_delay_of_50_ms(bench, if1, printed):
     assert ask(bench, if1, "D5", 1.2) == b""
     write(if1, "N")
     assert bench.run_until(lambda: if1.serial.pending == 0, 1)
-    started = bench.now
-    received = []
+    started, received = bench.now, []
     while len(received) < 2 and bench.now < started + 1000 * MS:
         bench.run(0.0005)
         received += [bench.now] * len(if1.serial.read())

@@ -132,31 +132,21 @@ def test_unlinked_it_receives_and_transmits_nothing(bench):
 # Where it is
 
 LINES = {
-    "input1": ("A12", "A", "current flows: +24 V"),
-    "input2": ("C16", "A", "current flows: +24 V"),
-    "input3": ("A16", "A", "current flows: +24 V"),
-    "output1": ("C5", "D", "the transistor is on"),
-    "output2": ("A6", "D", "the transistor is on"),
-    "output3": ("C7", "D", "the transistor is on"),
-    "output4": ("A8", "D", "the transistor is on"),
-    "output5": ("C2", "D", "the transistor is on"),
+    "input1": ("A12", "A", "current flows: +24 V"), "input2": ("C16", "A", "current flows: +24 V"),
+    "input3": ("A16", "A", "current flows: +24 V"), "output1": ("C5", "D", "the transistor is on"),
+    "output2": ("A6", "D", "the transistor is on"), "output3": ("C7", "D", "the transistor is on"),
+    "output4": ("A8", "D", "the transistor is on"), "output5": ("C2", "D", "the transistor is on"),
     "estop": ("C13", "A", "current flows: +24 V, the switch is closed"),
     "limit_plus": ("C17", "A", "current flows: +24 V, the switch is closed"),
     "limit_minus": ("A17", "A", "current flows: +24 V, the switch is closed"),
     "supply": ("A10", "", "the outputs have their +24 V"),
     "x_fault": ("A13", "", "the drive is well, or its fault disable link is fitted"),
     "y_fault": ("C12", "", "the drive is well, or its fault disable link is fitted"),
-    "x_direction": ("A3", "", "positive"),
-    "y_direction": ("C3", "", "positive"),
-    "z_direction": ("A4", "", "positive"),
-    "x_clock": ("C20", "", "for 5 µs from each pulse on"),
-    "y_clock": ("C21", "", "for 5 µs from each pulse on"),
-    "z_clock": ("C19", "", "for 5 µs from each pulse on"),
-    "dtr": ("A28", "", "set: +12 V"),
-    "rts": ("C28", "", "set: +12 V"),
-    "dsr": ("A27", "", "set: +12 V"),
-    "cts": ("C27", "", "set: +12 V"),
-}
+    "x_direction": ("A3", "", "positive"), "y_direction": ("C3", "", "positive"), "z_direction": ("A4", "", "positive"),
+    "x_clock": ("C20", "", "for 5 µs from each pulse on"), "y_clock": ("C21", "", "for 5 µs from each pulse on"),
+    "z_clock": ("C19", "", "for 5 µs from each pulse on"), "dtr": ("A28", "", "set: +12 V"),
+    "rts": ("C28", "", "set: +12 V"), "dsr": ("A27", "", "set: +12 V"), "cts": ("C27", "", "set: +12 V"),
+}  # fmt: skip
 """Place on the edge of the card, type of circuit, meaning of a high level."""
 LINKS = (
     ("links 1 and 2, motherboard", "the outputs take their +24 V from the drives", "pin `supply`"),

@@ -121,8 +121,7 @@ def test_it_is_bounded(moving):
 
 def test_where_an_output_has_been_high(moving):
     bench, controller, go = moving
-    trail = trail_of(controller)
-    output = controller.pins["output1"]
+    trail, output = trail_of(controller), controller.pins["output1"]
     for _ in range(3):
         go("X", (100, Fraction(1)))
         bench.run(1.5)

@@ -31,8 +31,7 @@ def test_a_scan_of_11_points_has_exact_positions(ophyd, model, axis):
     from bluesky import RunEngine
     from bluesky.plans import list_scan, scan
 
-    found = []
-    engine = RunEngine()
+    found, engine = [], RunEngine()
     engine.subscribe(lambda name, document: found.append(document["data"]["m"]) if name == "event" else None)
     with axistwin.serve(model, speed=50.0) as twin:
         controller = ophyd.Controller(url_of(twin), model)

@@ -86,8 +86,7 @@ def test_the_process_of_the_server_checks_nothing(monkeypatch):
     from axistwin.ui.editor.documents import Text
     from axistwin.ui.editor.server import make
 
-    written = []
-    server = make()
+    written, server = [], make()
     server.protocol.set_writer(SimpleNamespace(write=written.append))
     monkeypatch.setattr(server, "text", lambda uri: Text(TextDocument(uri, "A100\n", version=3)))
     monkeypatch.setattr(checks, "diagnose", None)

@@ -38,8 +38,7 @@ def test_each_runs_by_itself_and_ends(name):
 
 def test_the_table_drills_ten_holes_in_the_morning_without_a_host():
     bench = build("drill")
-    table = bench["table"]
-    holes = []
+    table, holes = bench["table"], []
     table.pins["input1"].subscribe(lambda pin: holes.append(position(table)) if pin.level else None)
     bench.run(8)
     assert holes == []
@@ -69,8 +68,7 @@ def test_a_power_cut_between_two_holes_begins_the_sequence_again():
 
 def test_the_winder_lays_three_layers_and_keeps_its_place():
     bench = build("winder")
-    motor = bench["traverse"].axes["motor"]
-    turned = []
+    motor, turned = bench["traverse"].axes["motor"], []
     motor.on_motion.subscribe(lambda: turned.append(motor.position))
     bench.run(13)
     assert motor.position == 0
@@ -138,8 +136,7 @@ def test_what_the_page_shows_is_printed(monkeypatch, capsys):
 @pytest.mark.parametrize("name", SCENES)
 def test_in_pieces_it_is_the_same(name):
     def course(steps):
-        bench = build(name)
-        seen = []
+        bench, seen = build(name), []
         for step in steps:
             bench.run(step)
         for controller in bench.controllers.values():

@@ -79,8 +79,7 @@ def test_characters_are_received_up_to_a_clock_drift_of_a_few_percent(bench, per
 
 
 def test_delayed_characters_keep_their_order(bench):
-    port = bench["if1"].serial
-    heard = []
+    port, heard = bench["if1"].serial, []
     port.subscribe_received(lambda byte, _: heard.append((chr(byte), bench.now)))
     port.write(b"N\r")
     bench.run(0.1)

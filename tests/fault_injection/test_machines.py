@@ -68,8 +68,7 @@ def test_a_stuck_output_of_the_pulse_generator():
 
 
 def test_a_bouncing_switch_changes_several_times(bench):
-    edges = []
-    pin = bench["if1"].pins["input2"]
+    edges, pin = [], bench["if1"].pins["input2"]
     pin.subscribe(lambda pin: edges.append((bench.now, pin.level)))
     bench.faults.add("bounce", "if1.input2", ms=4, count=2)
     began = bench.now
@@ -83,8 +82,7 @@ def test_a_bouncing_switch_changes_several_times(bench):
 
 def test_a_random_bounce_follows_from_its_seed(bench):
     def edges(seed):
-        found = []
-        pin = bench["if1"].pins["input3"]
+        found, pin = [], bench["if1"].pins["input3"]
         unwatch = pin.subscribe(lambda pin: found.append(bench.now - began))
         fault = bench.faults.add("bounce", "if1.input3", ms=10, count=4, seed=seed)
         began = bench.now

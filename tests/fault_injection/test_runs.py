@@ -81,8 +81,7 @@ def test_a_command_of_a_sequence(board):
 
 def test_a_fault_begins_at_a_line_and_ends_after_its_duration(motor):
     fault = motor.faults.add("stuck", "motor.E", level=False, when="motor runs 4", nth=3, duration=0.25)
-    zero_ns = motor.now
-    levels = []
+    zero_ns, levels = motor.now, []
     motor["motor"].pins["E"].subscribe(lambda pin: levels.append((motor.now - zero_ns, pin.level)))
     motor["motor"].serial.write(b"RUN ")
     motor.run(1)

@@ -56,15 +56,11 @@ def repeater():
 def environment(port):
     """Return the environment of a client that searches on this computer only."""
     return os.environ | {
-        "PYTHONPATH": os.pathsep.join(path for path in sys.path if path),
-        "EPICS_CA_ADDR_LIST": "127.0.0.1",
-        "EPICS_CA_AUTO_ADDR_LIST": "NO",
-        "EPICS_CA_SERVER_PORT": str(port),
-        "EPICS_PVA_ADDR_LIST": "127.0.0.1",
-        "EPICS_PVA_AUTO_ADDR_LIST": "NO",
-        "EPICS_PVA_SERVER_PORT": str(port + 11),
+        "PYTHONPATH": os.pathsep.join(path for path in sys.path if path), "EPICS_CA_ADDR_LIST": "127.0.0.1",
+        "EPICS_CA_AUTO_ADDR_LIST": "NO", "EPICS_CA_SERVER_PORT": str(port), "EPICS_PVA_ADDR_LIST": "127.0.0.1",
+        "EPICS_PVA_AUTO_ADDR_LIST": "NO", "EPICS_PVA_SERVER_PORT": str(port + 11),
         "EPICS_PVA_BROADCAST_PORT": str(port + 12),
-    }
+    }  # fmt: skip
 
 
 @contextmanager

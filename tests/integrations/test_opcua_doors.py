@@ -84,11 +84,9 @@ def test_the_rules_stand_on_a_server_without_certificates():
     found, moved = served(visit, users=USERS)
     assert found == (
         ["Good", "Good", "BadUserAccessDenied", "Good"],
-        ["Good", "BadIdentityTokenRejected", "BadUserAccessDenied", "BadSessionNotActivated"],
-        [REJECTED] * 4,
-        "BadUserAccessDenied",
-        "BadServiceUnsupported",
-    )
+        ["Good", "BadIdentityTokenRejected", "BadUserAccessDenied", "BadSessionNotActivated"], [REJECTED] * 4,
+        "BadUserAccessDenied", "BadServiceUnsupported",
+    )  # fmt: skip
     assert not moved
 
 

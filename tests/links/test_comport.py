@@ -37,17 +37,9 @@ def say(port, data):
 
 
 @pytest.mark.parametrize(("asked", "answer"), [
-    (DO + BINARY, WILL + BINARY),
-    (DO + ECHO, WILL + ECHO),
-    (DO + SGA, WILL + SGA),
-    (DO + STATUS, WONT + STATUS),
-    (WILL + BINARY, DO + BINARY),
-    (WILL + SGA, DO + SGA),
-    (WILL + ECHO, DONT + ECHO),
-    (WILL + STATUS, DONT + STATUS),
-    (DONT + BINARY, b""),
-    (WONT + BINARY, b""),
-    (DO + BINARY + DO + BINARY, WILL + BINARY),
+    (DO + BINARY, WILL + BINARY), (DO + ECHO, WILL + ECHO), (DO + SGA, WILL + SGA), (DO + STATUS, WONT + STATUS),
+    (WILL + BINARY, DO + BINARY), (WILL + SGA, DO + SGA), (WILL + ECHO, DONT + ECHO), (WILL + STATUS, DONT + STATUS),
+    (DONT + BINARY, b""), (WONT + BINARY, b""), (DO + BINARY + DO + BINARY, WILL + BINARY),
     (DO + BINARY + DONT + BINARY, WILL + BINARY + WONT + BINARY),
     (WILL + BINARY + WONT + BINARY, DO + BINARY + DONT + BINARY)])  # fmt: skip
 def test_an_option_is_answered_when_it_changes(asked, answer):
@@ -191,10 +183,8 @@ def test_the_control_lines_are_told_when_asked(port):
 
 
 @pytest.mark.parametrize(("errors", "mask", "told"), [
-    (LineError.PARITY, 0x04, sub(106, b"\x64")),
-    (LineError.FRAMING, 0x08, sub(106, b"\x68")),
-    (LineError.FRAMING | LineError.BREAK, 0x10, sub(106, b"\x78")),
-    (LineError.PARITY, 0x18, b""),
+    (LineError.PARITY, 0x04, sub(106, b"\x64")), (LineError.FRAMING, 0x08, sub(106, b"\x68")),
+    (LineError.FRAMING | LineError.BREAK, 0x10, sub(106, b"\x78")), (LineError.PARITY, 0x18, b""),
     (LineError.NONE, 0xFF, b"")])  # fmt: skip
 def test_a_line_error_is_told_if_the_client_wants_to_know(port, errors, mask, told):
     say(port, sub(10, bytes((mask,))))

@@ -111,8 +111,7 @@ def test_at_full_speed_a_bench_that_never_rests_lets_the_loop_look_at_its_socket
             yield clock.timeout(S)
 
     clock.process(program())
-    pacer = paced(clock, loop, None)
-    before = clock.now
+    pacer, before = paced(clock, loop, None), clock.now
     pacer.work()  # input while a slice is planned: no second slice is planned
     assert clock.now == before
     [handle] = loop.handles
@@ -187,8 +186,7 @@ def eventful(clock, log):
 
 @pytest.mark.parametrize("speed", SPEEDS)
 def test_stopped_while_something_happens_time_stands_at_the_end_of_that_nanosecond(clock, loop, speed):
-    log = []
-    pacer = Pacer(clock, speed)
+    log, pacer = [], Pacer(clock, speed)
     clock.call_later(10 * MS, pacer.stop)
     eventful(clock, log)
     pacer.start(loop)
@@ -204,8 +202,7 @@ def test_stopped_while_something_happens_time_stands_at_the_end_of_that_nanoseco
 
 @pytest.mark.parametrize("speed", [1, 1000])
 def test_stopped_by_what_is_due_when_something_comes_in(clock, loop, speed):
-    log = []
-    pacer = paced(clock, loop, speed)
+    log, pacer = [], paced(clock, loop, speed)
     clock.call_later(10 * MS, pacer.stop)
     eventful(clock, log)
     loop.now_s = 1
@@ -335,8 +332,7 @@ def test_it_is_not_being_advanced_any_more_when_something_went_wrong(clock, loop
 
 
 def test_what_comes_in_while_something_happens_does_not_advance_it_further(clock, loop):
-    log = []
-    pacer = Pacer(clock, None)
+    log, pacer = [], Pacer(clock, None)
     clock.call_later(10 * MS, lambda: (pacer.sync(), pacer.work(), log.append("first")))
     clock.call_later(10 * MS, lambda: log.append("second"))
     pacer.start(loop)

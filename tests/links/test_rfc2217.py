@@ -172,7 +172,6 @@ def test_hardware_flow_control_waits_for_the_devices_dtr(served, ready):
 
 def test_x_on_x_off_is_obeyed_and_not_passed_on(served, ready):
     if1 = served.bench["if1"]
-
     ready.control(2)
     served.act(lambda: if1.serial.to_device.receiver.send(b"a\x13b"))
     ready.say(b"E\r", b"ab")
@@ -192,8 +191,7 @@ def test_purging_forgets_what_has_not_left(served, ready):
 def test_a_break_lasts_as_long_as_the_client_holds_it():
     """The break lasts for two characters at least."""
     with Served(speed=1000) as served:
-        if1 = served.add(line=None)
-        seen = []
+        if1, seen = served.add(line=None), []
         with Host(served.open(if1, "rfc2217://127.0.0.1:0")) as host:
             served.do(lambda: setattr(if1.serial.to_device.receiver, "on_receive", lambda *char: seen.append(char)))
             host.control(5)

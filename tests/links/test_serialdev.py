@@ -52,8 +52,7 @@ def test_without_a_baud_rate_it_is_that_of_the_line(served, cable):
 def test_the_real_uart_follows_the_controllers(served, cable, monkeypatch):
     """U31: 8 data bits, 1 stop bit; U63: 8 data bits, odd parity, 2 stop bits; at the real baud rate."""
     host, path = cable
-    applied = []
-    if1 = served.add(line="9600 8N2", initialised=False)
+    applied, if1 = [], served.add(line="9600 8N2", initialised=False)
     served.open(if1, f"serial://{path}?baud=2400")
     device = served.server._plugs["if1"].client
     assert isinstance(device, SerialDevice)

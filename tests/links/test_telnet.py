@@ -39,14 +39,10 @@ def joined(items):
 
 
 @pytest.mark.parametrize(("data", "items"), [
-    (b"E\r", [b"E\r"]),
-    (b"a\xff\xffb", [b"a\xffb"]),
-    (b"a\xff\xfb\x2cb", [b"a", Negotiation(Verb.WILL, 44), b"b"]),
+    (b"E\r", [b"E\r"]), (b"a\xff\xffb", [b"a\xffb"]), (b"a\xff\xfb\x2cb", [b"a", Negotiation(Verb.WILL, 44), b"b"]),
     (b"\xff\xfa\x2c\x01\x00\x00\x25\x80\xff\xf0", [Subnegotiation(44, b"\x01\x00\x00\x25\x80")]),
-    (b"\xff\xfa\x2c\x01\xff\xff\xff\xf0", [Subnegotiation(44, b"\x01\xff")]),
-    (b"\xff\xf3a", [Command(0xF3), b"a"]),
-    (b"a\xff", [b"a"]),
-    (b"\xff\xfa\x2c\x05", []),
+    (b"\xff\xfa\x2c\x01\xff\xff\xff\xf0", [Subnegotiation(44, b"\x01\xff")]), (b"\xff\xf3a", [Command(0xF3), b"a"]),
+    (b"a\xff", [b"a"]), (b"\xff\xfa\x2c\x05", []),
     (b"\xff\xfa\x2c\xff\xfd\x01b", [Command(SB), Negotiation(Verb.DO, 1), b"b"])])  # fmt: skip
 def test_a_stream_is_taken_apart(data, items):
     assert Parser().feed(data) == items

@@ -116,7 +116,6 @@ def test_a_change_at_the_present_time_is_drawn_and_found():
     while output.level is before:
         to_next_event(bench)
     recorder.catch_up()
-
     (signal,) = frame(screen)["signals"]
     times, values = np.frombuffer(b64decode(signal["data"]), np.uint16).reshape(-1, 2).T
     assert times[-1] == FULL and values[0] != values[-1], "the edge is at the right margin"

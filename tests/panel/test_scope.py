@@ -73,7 +73,6 @@ def test_what_is_recorded_is_what_a_trace_has(bench, recorder, screen, tmp_path)
         pulse(bench)
         bench.run(0.1)
     recorder.catch_up()
-
     trace = read(tmp_path / "a.csv")
     for name in ("if1.input1", "if1.X.pulses", "if1.X.velocity"):
         times, values = trace.tracks[name].columns()
@@ -85,11 +84,9 @@ def test_other_signals_leave_those_that_stay_as_they_are(bench, recorder, screen
     move(bench)
     recorder.catch_up()
     before = recorder.record.tracks["if1.X.pulses"].rows(0, bench.now).begin.tolist()
-
     screen.show(("if1.X.pulses", "if1.Y.pulses"))
     move(bench)
     recorder.catch_up()
-
     rows = recorder.record.tracks["if1.X.pulses"].rows(0, bench.now)
     assert rows.begin.tolist()[: len(before)] == before and rows.last.tolist() == list(range(801))
     assert isnan(value_at(recorder.record.tracks["if1.input1"], bench.now))
@@ -102,7 +99,6 @@ def test_signals_that_come_back_have_a_gap(bench, recorder, screen):
     screen.show(("if1.input1",))
     bench.run(1.0)
     recorder.catch_up()
-
     track = recorder.record.tracks["if1.input1"]
     assert isnan(value_at(track, away_ns - 1)) and value_at(track, bench.now) == 0
 
@@ -110,7 +106,6 @@ def test_signals_that_come_back_have_a_gap(bench, recorder, screen):
 def test_all_that_people_look_at_is_recorded_once(recorder, screen):
     other = Screen(recorder)
     other.show(("if1.X.pulses", "if1.led"))
-
     assert set(recorder.record.tracks) == {*SIGNALS, "if1.led"}
     recorder.leave(screen)
     recorder.leave(other)  # the signals of the last screen are still recorded
@@ -126,7 +121,6 @@ def test_another_bench_has_a_record_of_its_own(bench, recorder, screen):
     recorder.attach(again)
     again.run(1.0)
     bench.run(1.0)
-
     assert recorder.catch_up().now_ns == 1 * S
     assert recorder.record.tracks["if1.X.pulses"].rows(0, 10 * S).last.tolist() == [0]
 
@@ -136,7 +130,6 @@ def test_there_is_a_limit_for_all_together(recorder, screen):
     bench.add("smartmotor", "motor")
     recorder.attach(bench)
     names = [name for name in recorder.signals if ".R" in name]
-
     with pytest.raises(UsageError, match=f"too many oscilloscope signals: expected at most {MOST_SIGNALS} "):
         recorder.want("somebody", names[: MOST_SIGNALS + 1])
     with pytest.raises(UsageError, match="20 signals are too many for one screen: choose 16 or fewer"):
@@ -145,7 +138,6 @@ def test_there_is_a_limit_for_all_together(recorder, screen):
 
 def test_signals_are_found_by_a_part_of_their_names_and_by_patterns(recorder):
     signals = list(recorder.signals.values())
-
     assert [signal.full for signal in searched(signals, "x.pul")] == []
     assert [signal.full for signal in searched(signals, "X.pul, *.led")] == ["if1.led", "if1.X.pulses"]
     assert len(searched(signals, "")) == len(signals)
@@ -176,7 +168,6 @@ def test_a_paused_screen_stays_while_the_bench_goes_on(bench, recorder, screen):
     before = screen.edges
     move(bench)
     recorder.catch_up()
-
     assert screen.edges == before and screen.tracks["if1.X.pulses"].rows(0, bench.now).last.tolist() == [0]
     screen.live()
     assert screen.edges[1] == bench.now
@@ -188,7 +179,6 @@ def test_zooming_keeps_what_is_under_the_pointer_and_panning_pauses(bench, recor
     assert screen.frozen is not None
     from_ns, to_ns = screen.edges
     assert to_ns == bench.now - S
-
     at_ns = screen.time_at(0.25)
     screen.zoom(0.1, 0.25)
     assert abs(screen.time_at(0.25) - at_ns) <= 1 and screen.span_ns == (to_ns - from_ns) // 10
@@ -208,7 +198,6 @@ CHANGES = ((0, 0), (10, 5), (20, 2), (30, 8), (40, 1))
     (UP, 10, 30), (DOWN, 20, 40), (EITHER, 10, 40)])  # fmt: skip
 def test_a_number_that_passes_a_value_is_an_edge(slope, first, last):
     trigger, track = Trigger(slope=slope, value=3), track_of(*CHANGES)
-
     found = trigger.edges(track, 1, 100)
     assert (found[0], found[-1]) == (first, last)
     assert trigger.edges(track, 41, 100) == []
@@ -257,7 +246,6 @@ def test_single_finds_the_first_edge_and_pauses_even_if_nobody_looks_for_a_long_
         pulse(bench)
         bench.run(1.0)
     recorder.catch_up()
-
     assert screen.frozen is not None and screen.edges == (at_ns - 50 * MS, at_ns + 50 * MS)
     screen.live()
     assert screen.frozen is None and screen.waiting
@@ -270,7 +258,6 @@ def test_words_are_a_trigger_too(bench, recorder, screen):
     bench["if1"].serial.write(b"E\r")
     bench.run(0.1)
     recorder.catch_up()
-
     assert screen.edges[0] < screen.hit_ns < screen.edges[1]
     assert recorder.record.tracks["if1.controller_says"].at(screen.hit_ns) == "C"
 
@@ -281,14 +268,12 @@ def test_words_are_a_trigger_too(bench, recorder, screen):
 def test_cursors_measure_values_extremes_and_the_mean_over_time():
     track = track_of((0, 10), (100, 20), (130, 0))
     found = between(track, 50, 150)
-
     assert (found.a, found.b, found.difference) == (10, 0, -10) and (found.low, found.high) == (0, 20)
     assert found.mean == (50 * 10 + 30 * 20 + 20 * 0) / 100 and between(track, 150, 50).mean == found.mean
 
 
 def test_what_nobody_knows_is_not_made_up():
     found = between(track_of((100, 1)), 50, 150)
-
     assert isnan(found.a) and found.b == 1
     assert isnan(found.low) and isnan(found.mean)
 
@@ -298,14 +283,12 @@ def test_the_mean_of_old_times_is_that_of_all_that_happened():
     times = np.arange(300_000, dtype=np.int64) * MS
     values = np.arange(300_000) % 4 * 1.0
     track.add(times, values)
-
     assert track.exact_ns > 60 * S and between(track, 0, 60 * S).mean == pytest.approx(1.5, abs=0.01)
     assert between(track, 0, 60 * S).high == 3
 
 
 def test_cursors_find_edges():
     tracks = [track_of((10, 1), (50, 2)), track_of((30, 1))]
-
     assert nearest_edge(tracks, 33, 5) == 30 and nearest_edge(tracks, 40, 5) is None
     assert next_edge(tracks, 10, 100) == 30 and next_edge(tracks, 50, 0) == 30
     assert next_edge(tracks, 50, 100) is None
@@ -374,7 +357,6 @@ def test_a_frame_has_places_and_values_as_parts_of_the_window(bench, recorder, s
     bench.run(0.5)
     recorder.catch_up()
     sent = frame(screen)
-
     assert points(sent["signals"][0]) == [[0, 0], [round(FULL / 2), TOP], [round(FULL * 0.75), 0], [FULL, 0]]
     assert (sent["from"], sent["to"], sent["axis"]) == ((bench.now - 2 * S) / S, bench.now / S, "s")
 
@@ -386,7 +368,6 @@ def test_numbers_are_drawn_between_round_limits_and_words_are_marks(bench, recor
     recorder.catch_up()
     screen.span_ns = 3 * S
     pulses, says = (frame(screen)["signals"][n] for n in (1, 3))
-
     assert (pulses["low"], pulses["high"]) == ("0", "400")
     assert [text for _, text in says["words"]] == [r"C\r"]
 
@@ -395,7 +376,6 @@ def test_a_frame_carries_two_points_for_a_pixel_at_most(bench, recorder, screen)
     move(bench, b"X4000@2000S1$\r", 4.0)
     recorder.catch_up()
     screen.span_ns, screen.pixels = 4 * S, 200
-
     for signal in frame(screen)["signals"]:
         assert len(points(signal)) <= 2 * screen.pixels + 1
 
@@ -405,7 +385,6 @@ def test_short_times_long_after_the_beginning_have_short_numbers(bench, recorder
     recorder.catch_up()
     screen.span_ns = 20_000
     sent = frame(screen)
-
     assert sent["axis"].startswith("µs after 36003.")
     assert sent["to"] - sent["from"] == pytest.approx(20) and abs(sent["to"]) < 10_000
 
@@ -433,13 +412,11 @@ def test_a_saved_trace_is_what_tracing_would_have_written(bench, recorder, scree
 
 def test_a_part_of_it_begins_with_what_was_then(bench, recorder, screen, tmp_path):
     move(bench, seconds=0.3)
-    from_ns = bench.now
-    before = bench["if1"].axes["X"].position
+    from_ns, before = bench.now, bench["if1"].axes["X"].position
     bench.run(0.0505)
     record = recorder.catch_up()
     path = tmp_path / "a.csv"
     path.write_bytes(saved(record, {"if1.X.pulses": recorder.signals["if1.X.pulses"]}, from_ns, bench.now, ".csv"))
-
     track = read(path).tracks["if1.X.pulses"]
     assert (track.times[0], track.values[0]) == (from_ns, before)
     assert list(track.values) == list(range(before, bench["if1"].axes["X"].position + 1))
@@ -453,7 +430,6 @@ def test_of_old_times_a_trace_says_that_it_has_extremes_only(recorder, screen, t
     path = tmp_path / "a.csv"
     signals = {"if1.X.pulses": recorder.signals["if1.X.pulses"]}
     path.write_bytes(saved(recorder.record, signals, 0, int(times[-1]), ".csv"))
-
     trace = read(path)
     assert trace.about["summary"].startswith("before 1") and len(trace.tracks["if1.X.pulses"]) < 150_000
     assert max(trace.tracks["if1.X.pulses"].values) == 199_999
@@ -465,7 +441,6 @@ def test_a_picture_of_it(bench, recorder, screen, suffix, begins):
     bench["if1"].serial.write(b"E\r")
     bench.run(0.2)
     record = recorder.catch_up()
-
     picture = saved(record, {name: recorder.signals[name] for name in SIGNALS}, *screen.edges, suffix)
     assert picture.startswith(begins)
     assert suffix == ".png" or b"velocity" in picture
@@ -481,7 +456,6 @@ def test_a_picture_has_the_cursors_and_no_message_from_before_its_time(bench, re
     bench.run(1.0)
     signals = {name: recorder.signals[name] for name in screen.names}
     cursors = {"A": from_ns + 100 * MS, "B": from_ns + 280 * MS}
-
     picture = saved(recorder.catch_up(), signals, from_ns, bench.now, ".svg", cursors).decode()
     assert "B   B − A 180 ms" in picture and ">A<" in picture
     assert "LATE" in picture and "EARLY" not in picture

@@ -35,7 +35,6 @@ def test_it_shows_how_axes_move_to_begin_with_and_what_is_chosen_after_that(visi
     visit.choose("scope-signals", "if1.X.pulses, *.led")
     visit.press("scope-show")
     assert screen_of(visit).names == ("if1.led", "if1.X.pulses")
-
     visit.choose("scope-signals", "if1.Q.*")
     visit.press("scope-show")
     assert "no signal matches 'if1.Q.*'" in visit.messages[-1]
@@ -325,8 +324,7 @@ def test_whatever_a_browser_says_does_no_harm(visit, what):
 
 @shown(scope, "if1", after=1.5)
 def test_a_picture_is_sent_when_there_is_another_one_and_somebody_can_see_it(visit, monkeypatch):
-    sent = []
-    outbox = visit.user.client.outbox
+    sent, outbox = [], visit.user.client.outbox
     monkeypatch.setattr(outbox, "enqueue_message", lambda kind, data, _: sent.append(data["code"]))
     visit.frame()
     assert not sent

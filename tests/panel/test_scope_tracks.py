@@ -30,7 +30,6 @@ def line(seen):
 
 def test_each_pixel_has_what_was_when_it_began_and_what_came_in_it():
     seen = window(track_of((0, 5), (12, 7), (14, 1), (25, 3)), 0, 40, 4, now_ns=40)
-
     assert seen.edges.tolist() == [0, 10, 20, 30, 40] and seen.low.tolist() == [5, 1, 1, 3]
     assert seen.high.tolist() == [5, 7, 3, 3]
 
@@ -44,13 +43,11 @@ def test_the_line_has_changes_at_their_times_and_two_points_where_there_are_more
 
 def test_a_short_pulse_of_a_level_is_seen_in_its_pixel():
     seen = window(track_of((0, 0), (5_000_100, 1), (5_000_350, 0), kind=LEVEL), 0, 10 * MS, 10, now_ns=10 * MS)
-
     assert seen.high.tolist() == [0, 0, 0, 0, 0, 1, 0, 0, 0, 0] and not seen.low.any()
 
 
 def test_nothing_is_known_before_the_first_change_nor_from_now_on():
     seen = window(track_of((15, 2)), 0, 40, 4, now_ns=30)
-
     assert np.isnan(seen.low).tolist() == [True, False, False, True] and line(seen) == [(15, 2), (30, 2)]
 
 
@@ -58,13 +55,11 @@ def test_nothing_is_known_while_nobody_was_looking():
     track = track_of((0, 2))
     track.interrupt(10)
     track.add(np.array([30]), np.array([2.0]))
-
     assert np.isnan(window(track, 0, 40, 4, now_ns=40).low).tolist() == [False, False, True, False]
 
 
 def test_where_little_has_happened_the_line_is_simply_that():
     track = track_of((5, 0), (12, 7), (14, 1), (25, 3))
-
     assert line(line_of(track, 13, 40, 100, now_ns=30)) == [(13, 7), (14, 1), (25, 3), (30, 3)]
     assert line(line_of(track, 0, 5, 100, now_ns=30)) == []
     assert line(line_of(track, 0, 40, 4, now_ns=40)) == line(window(track, 0, 40, 4, now_ns=40))
@@ -106,7 +101,6 @@ def test_windows_are_those_of_a_naive_search(steps, from_ns, width_ns, pixels):
     changes = stepped(steps)
     to_ns = from_ns + width_ns
     seen = window(track_of(*changes), from_ns, to_ns, pixels, now_ns=10_000)
-
     found = [(None if np.isnan(low) else low, None if np.isnan(high) else high)
              for low, high in zip(seen.low, seen.high, strict=True)]  # fmt: skip
     assert found == naive(changes, from_ns, to_ns, pixels)
@@ -117,7 +111,6 @@ def test_the_line_has_two_points_for_a_pixel_at_most_and_shows_all_extremes(step
     changes = stepped(steps)
     to_ns = from_ns + width_ns
     seen = window(track_of(*changes), from_ns, to_ns, pixels, now_ns=10_000)
-
     assert sorted(seen.times.tolist()) == seen.times.tolist()
     inside = seen.times[seen.times < to_ns]
     assert max(np.bincount(np.searchsorted(seen.edges, inside, "right")), default=0) <= 2
@@ -157,7 +150,6 @@ def test_hours_take_no_more_memory_than_is_told():
     times = np.arange(1 << 15, dtype=np.int64)
     for n in range(200):  # 6.5 million changes in six hours
         track.add((n * len(times) + times) * 3 * MS, np.sin(n + times / 1000) * 1000)
-
     assert track.nbytes <= MOST_BYTES
     everything = window(track, 0, 200 * len(times) * 3 * MS, 100, now_ns=10**18)
     assert (everything.high > 990).all() and (everything.low < -990).all()
@@ -186,7 +178,6 @@ def test_weeks_find_room_in_larger_intervals():
     times = np.arange(1 << 15, dtype=np.int64)
     for n in range(40):
         track.add((n * len(times) + times) * 20 * S, times.astype(float))  # 300 days
-
     assert track.nbytes <= MOST_BYTES
     assert track.rows(0, 1 << 62).low[0] == 0 and track.exact_ns > 0
 
@@ -195,7 +186,6 @@ def test_a_lonely_change_of_long_ago_is_still_exact():
     track = track_of((0, 0), (7 * S, 1), (7 * S + 100, 0))
     times = 100 * S + np.arange(200_000, dtype=np.int64) * MS
     track.add(times, np.arange(len(times)) % 2 + 2.0)
-
     assert (window(track, 6 * S, 8 * S, 100, now_ns=times[-1]).high > 0).sum() == 1 and track.exact_ns > 100 * S
 
 
@@ -203,7 +193,6 @@ def test_what_is_frozen_does_not_go_on():
     track = track_of((0, 1))
     copy = track.frozen()
     track.add(np.array([5]), np.array([9.0]))
-
     assert copy.rows(0, 10).begin.tolist() == [0]
 
 
@@ -218,7 +207,6 @@ def said(*changes, growing=True):
 
 def test_a_message_that_grows_is_one_mark_where_it_began():
     words = said((0, b""), (10, b"X"), (20, b"X1 "), (30, b"X1 $\r"), (40, b""), (50, b"K\r"))
-
     assert marks(words, 0, 100, 100) == [(10, r"X1 $\r"), (50, r"K\r")]
     assert words.at(25) == r"X1\x20" and words.at(45) == ""
     assert words.rows(0, 100).last.tolist() == [0, 1, 0, 1]
@@ -226,13 +214,11 @@ def test_a_message_that_grows_is_one_mark_where_it_began():
 
 def test_other_texts_are_marks_whenever_they_change():
     words = said((0, b"jam"), (10, b"jam, push"), growing=False)
-
     assert marks(words, 0, 100, 100) == [(0, "jam"), (10, "jam, push")]
 
 
 def test_of_many_words_the_first_in_each_part_of_the_window_is_shown():
     words = said(*((10 * n, b"%d\r" % n) for n in range(10)))
-
     assert marks(words, 0, 100, 2) == [(0, r"0\r"), (50, r"5\r")]
 
 
@@ -240,6 +226,5 @@ def test_the_oldest_words_go_in_the_end():
     words = Words(TEXT, True)
     for n in range(tracks.TEXTS + 1):
         words.say(np.array([10 * n]), [b"%d\r" % n])
-
     assert len(words.changes) <= tracks.TEXTS and words.exact_ns == words.changes[0][0] > 0
     assert len(words.begins) == len(words.messages) and words.at(10 * tracks.TEXTS) == rf"{tracks.TEXTS}\r"

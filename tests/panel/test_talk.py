@@ -74,8 +74,7 @@ def test_another_bench_begins_anew():
     bench.run(1.5)
     if1.serial.write(b"(")
     bench.run(0.1)
-    before = talk.generation
-    other = Bench()
+    before, other = talk.generation, Bench()
     other.add("if1")
     talk._attach(other)
     if1.serial.write(b"(")

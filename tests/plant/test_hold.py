@@ -54,8 +54,7 @@ def test_the_count_of_an_1811():
     bench = Bench()
     board = bench.add("1811")
     bench.run(3.0)
-    generator = board._device._board.pulses
-    axis = board.axes["motor"]
+    generator, axis = board._device._board.pulses, board.axes["motor"]
     assert generator.position == axis.position == 0
     axis.hold(-7)
     axis.let_go()

@@ -232,9 +232,7 @@ def test_a_jammed_shaft_is_out_of_step_while_pulses_go_out(clock):
 
 
 @pytest.mark.parametrize(("options", "per_rev"), [
-    ({}, None),
-    ({"motor": MOTOR}, 400),
-    ({"encoder": EncoderData(counts_per_rev=4000, pulses_per_rev=25_000)}, 25_000),
+    ({}, None), ({"motor": MOTOR}, 400), ({"encoder": EncoderData(counts_per_rev=4000, pulses_per_rev=25_000)}, 25_000),
     ({"motor": MOTOR, "encoder": EncoderData(pulses_per_rev=25_000)}, 400)])  # fmt: skip
 def test_how_many_pulses_are_a_turn(clock, options, per_rev):
     """The pulses of a revolution are those of the motor's or the encoder's data sheet; otherwise unknown."""

@@ -39,8 +39,7 @@ def browser():
 
 
 def test_a_conversation_and_its_link(address, browser):
-    page = browser.new_page()
-    foreign = []
+    page, foreign = browser.new_page(), []
     page.on("request", lambda request: request.url.startswith((address, "data:")) or foreign.append(request.url))
     page.goto(address)
     page.wait_for_selector("html[data-state=ready]", timeout=50_000)

@@ -82,19 +82,14 @@ def operators(monkeypatch):
 def test_what_is_changed(operators):
     names = [mutant.name for mutant in operators.mutants("module.py", MODULE)]
     assert names == [
-        "module.py:3: module: 10 -> 11",
-        "module.py:3: module: 10 -> 9",
-        "module.py:6: clipped: 2 -> 3",
-        "module.py:6: clipped: 2 -> 1",
-        "module.py:8: clipped: if value > LIMIT -> if True",
-        "module.py:8: clipped: if value > LIMIT -> if False",
-        "module.py:8: clipped: value > LIMIT -> value >= LIMIT",
+        "module.py:3: module: 10 -> 11", "module.py:3: module: 10 -> 9", "module.py:6: clipped: 2 -> 3",
+        "module.py:6: clipped: 2 -> 1", "module.py:8: clipped: if value > LIMIT -> if True",
+        "module.py:8: clipped: if value > LIMIT -> if False", "module.py:8: clipped: value > LIMIT -> value >= LIMIT",
         "module.py:9: clipped: return LIMIT -> return None",
         "module.py:10: clipped: return value + step -> return None",
         "module.py:10: clipped: value + step -> value - step",
-        "module.py:14: forgotten: return not value -> return None",
-        "module.py:14: forgotten: not value -> value",
-    ]
+        "module.py:14: forgotten: return not value -> return None", "module.py:14: forgotten: not value -> value",
+    ]  # fmt: skip
 
 
 def test_a_table_entry_is_changed_in_range_opcode_unit_and_state(operators):

@@ -24,8 +24,7 @@ def test_what_goes_in_comes_out(told):
 
 
 def test_a_host_that_polls_takes_five_bytes_a_poll():
-    journal = Journal()
-    polls = 20_000
+    journal, polls = Journal(), 20_000
     for n in range(polls):
         journal.add(n * 50 * MS, n, POLL)
     assert journal.bytes < 5.1 * polls and sum(len(moment.acts) for moment in journal) == polls

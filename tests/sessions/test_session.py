@@ -264,8 +264,7 @@ async def test_back_in_time_and_on_into_the_recorded_future():
     await asyncio.sleep(2)
     session.pause()
     first, end_s = session.bench, session.seconds
-    stop = session.add_break("if1.X passes 50")
-    seen = []
+    stop, seen = session.add_break("if1.X passes 50"), []
     session.each_bench(seen.append)
     await session.go_to(2.0)
     assert session.bench is not first and seen == [first, session.bench]
@@ -367,8 +366,7 @@ async def test_what_is_kept_without_power_is_as_it_was_at_the_beginning(tmp_path
     await asyncio.sleep(1)
     session.load("motor", "home.sms", SOURCE)
     session.do("motor", "power", "off")
-    kept = file.read_text()
-    end_s = session.seconds
+    kept, end_s = file.read_text(), session.seconds
     await session.go_to(0.5)
     assert not file.exists()
     old["motor"].store.save(b"{}")

@@ -29,8 +29,7 @@ def test_what_is_wanted_is_told_to_the_device():
 
 
 def test_a_watcher_may_leave_when_it_is_told():
-    progress = Progress()
-    found = []
+    progress, found = Progress(), []
     look_away = progress.subscribe(lambda *line: (found.append(line), look_away()))
     progress.subscribe(lambda *line: found.append(line))
     progress.report("a", 0)

@@ -2,8 +2,7 @@ from axistwin.sim.signal import Signal
 
 
 def test_callbacks_run_in_the_order_of_their_subscription():
-    log = []
-    signal = Signal()
+    log, signal = [], Signal()
     signal.subscribe(lambda value: log.append(("first", value)))
     signal.subscribe(lambda value: log.append(("second", value)))
     signal.emit(1)
@@ -20,8 +19,7 @@ def test_a_signal_is_true_while_it_has_subscribers():
 
 
 def test_subscribers_of_an_emission_are_those_of_its_beginning():
-    log = []
-    signal = Signal()
+    log, signal = [], Signal()
 
     def first():
         log.append("first")

@@ -11,11 +11,9 @@ from .talking import SAMPLE_NS
 
 SHAFTS = ({"motor": "frame17"}, {"motor": "frame23", "load": {"inertia_kg_m2": 3e-5}}, {})
 TALKS = {
-    0: ("UCI UDI ZS A=100 MV V=200000 G", "UCI UDI ZS A=50 MP O=0 V=90000 P=40000 G"),
-    9_000: ("RP RPE", "V=-150000 G"),
-    31_111: ("X", "RW RP"),
-    40_000: ("MP V=400000 D=9000 G", "MT T=200 G"),
-}
+    0: ("UCI UDI ZS A=100 MV V=200000 G", "UCI UDI ZS A=50 MP O=0 V=90000 P=40000 G"), 9_000: ("RP RPE", "V=-150000 G"),
+    31_111: ("X", "RW RP"), 40_000: ("MP V=400000 D=9000 G", "MT T=200 G"),
+}  # fmt: skip
 """Commands of the motors with an even and with an odd number, by the sample at which they are written."""
 END = 45_000
 

@@ -43,8 +43,7 @@ def test_brki_brkc_and_brkg_are_mutually_exclusive(bench, motor):
     assert motor.pins["C"].level is True
     send(bench, motor, "BRKG")
     assert motor.pins["G"].level is True
-    before = motor.pins["C"].level
-    found = changes(bench, motor, "C")
+    before, found = motor.pins["C"].level, changes(bench, motor, "C")
     send(bench, motor, MOVE, 0.1)
     assert motor.pins["G"].level is False
     send(bench, motor, "OFF")

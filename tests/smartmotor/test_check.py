@@ -37,22 +37,11 @@ CAM = WIRED + "BASE=8000 SIZE=4 aw[0] 0 1 2 3 0. MC G "
 
 
 @pytest.mark.parametrize("text", [
-    "",
-    " ' nothing but a comment",
-    WIRED + "MP A=8*25 V=537*600 P=2000*10 G TWAIT END",
-    "UCP UDM MV V=100 A=5 G",
-    "WHILE 1 IF UAI a=a+1 ELSEIF UBI a=a-1 ELSE a=0 ENDIF LOOP",
-    "END C5 a=1 RETURN",
-    "GOSUB5 END C5 a=1 RETURN",
-    "a=1 GOTO5 C7 b=1 END C5 GOTO7",
-    "RUN? a=1 END",
-    "F=96 END C1 Ze RETURNF C2 a=1 RETURNI",
-    "F=64 WHILE 1 LOOP C2 STACK GOTO9 C9 END",
-    "SWITCH a CASE 1 BREAK DEFAULT b=1 ENDS END",
-    CAM,
-    CAM + "F=16 D=100 MC2 CI WHILE 1 D=D+1 MC2 CI WAIT=100 LOOP",
-    "SLD SLN=-100 SLP=100 SLE",
-    "UGO BRKG BRKTRJ",
+    "", " ' nothing but a comment", WIRED + "MP A=8*25 V=537*600 P=2000*10 G TWAIT END", "UCP UDM MV V=100 A=5 G",
+    "WHILE 1 IF UAI a=a+1 ELSEIF UBI a=a-1 ELSE a=0 ENDIF LOOP", "END C5 a=1 RETURN", "GOSUB5 END C5 a=1 RETURN",
+    "a=1 GOTO5 C7 b=1 END C5 GOTO7", "RUN? a=1 END", "F=96 END C1 Ze RETURNF C2 a=1 RETURNI",
+    "F=64 WHILE 1 LOOP C2 STACK GOTO9 C9 END", "SWITCH a CASE 1 BREAK DEFAULT b=1 ENDS END", CAM,
+    CAM + "F=16 D=100 MC2 CI WHILE 1 D=D+1 MC2 CI WAIT=100 LOOP", "SLD SLN=-100 SLP=100 SLE", "UGO BRKG BRKTRJ",
     "F=33 IF Be a=1 ENDIF END C1 Ze RETURNF"])  # fmt: skip
 def test_nothing_is_said_about_what_is_right(text):
     assert shown(text) == []

@@ -37,17 +37,13 @@ def test_everything_else_is_implemented_and_names_its_chapter():
 
 EXAMPLES = {
     Form.NUMBER: lambda code: code[:-1] + str({"PIDn": 2, "BAUDn": 9600}.get(code, 1)),
-    Form.LET: lambda code: code + "1",
-    Form.AFTER: lambda code: code + " 1",
-    Form.ITEMS: lambda code: code[:-1] + '"a",1,#13)',
-    Form.CALL: lambda code: code[:-1] + "a,1)",
-    Form.VARIABLE: lambda _: "a=1",
-    Form.ARRAY: lambda code: code[:2] + "[1]=1",
+    Form.LET: lambda code: code + "1", Form.AFTER: lambda code: code + " 1",
+    Form.ITEMS: lambda code: code[:-1] + '"a",1,#13)', Form.CALL: lambda code: code[:-1] + "a,1)",
+    Form.VARIABLE: lambda _: "a=1", Form.ARRAY: lambda code: code[:2] + "[1]=1",
     Form.REPORT_VARIABLE: lambda code: {"RAINpc": "RAINA1", "RDINpc": "RDINA1"}.get(code, "Ra"),
     Form.REPORT_ARRAY: lambda code: code[:3] + "[1]",
-    Form.OUTPUT: lambda code: code[:-1] + ("A1,1" if code == "DOUTp" else "A,1"),
-    Form.BARE: lambda code: code,
-}
+    Form.OUTPUT: lambda code: code[:-1] + ("A1,1" if code == "DOUTp" else "A,1"), Form.BARE: lambda code: code,
+}  # fmt: skip
 
 
 def test_a_command_is_read_as_itself():

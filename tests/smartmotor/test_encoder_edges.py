@@ -138,8 +138,7 @@ def test_a_step_source_has_edges_on_b_only(bench):
 
 @pytest.mark.parametrize(("when", "count"), [("motor.A rises", 3), ("motor.B falls", 2), ("motor.A changes", 1)])
 def test_a_fault_begins_at_an_edge(bench, when, count):
-    fault = bench.faults.add("stuck", "motor.E", level="high", when=when)
-    began = []
+    fault, began = bench.faults.add("stuck", "motor.E", level="high", when=when), []
     bench.faults.subscribe(lambda fault, what: began.append(bench["motor"].master.count))
     bench["motor"].master.move(8, 0.008)
     bench.run(0.01)

@@ -52,25 +52,13 @@ def drive(pin, level):
 
 
 SITUATIONS = {
-    (WORD, "Bt"): told(f"A={UNIT} V={UNIT} P=5000 G"),
-    (WORD, "Br"): told("UCP"),
-    (WORD, "Bl"): told("UDM"),
-    (WORD, "Bi"): told(f"A={UNIT} V={UNIT} P=600 G", 0.3),
-    (WORD, "Bw"): told(f"A={UNIT} O=2147483643 V={UNIT} MV G"),
-    (WORD, "Be"): jammed,
-    (WORD, "Bh"): hot,
-    (WORD, "Bx"): drive("index", True),
-    (WORD, "Bp"): told("UCP"),
-    (WORD, "Bm"): told("UDM"),
-    (WORD, "Bd"): told("a=1/0"),
-    (WORD, "Bu"): told("aw[102]=1"),
-    (WORD, "Bs"): told("RQ"),
-    (WORD, "Ba"): jammed,
-    (WORD, "Bk"): broken_download,
-    (CHANNELS, "Bb"): wrong_parity,
-    (CHANNELS, "Bf"): line_break,
+    (WORD, "Bt"): told(f"A={UNIT} V={UNIT} P=5000 G"), (WORD, "Br"): told("UCP"), (WORD, "Bl"): told("UDM"),
+    (WORD, "Bi"): told(f"A={UNIT} V={UNIT} P=600 G", 0.3), (WORD, "Bw"): told(f"A={UNIT} O=2147483643 V={UNIT} MV G"),
+    (WORD, "Be"): jammed, (WORD, "Bh"): hot, (WORD, "Bx"): drive("index", True), (WORD, "Bp"): told("UCP"),
+    (WORD, "Bm"): told("UDM"), (WORD, "Bd"): told("a=1/0"), (WORD, "Bu"): told("aw[102]=1"), (WORD, "Bs"): told("RQ"),
+    (WORD, "Ba"): jammed, (WORD, "Bk"): broken_download, (CHANNELS, "Bb"): wrong_parity, (CHANNELS, "Bf"): line_break,
     (CHANNELS, "Bc"): told("a" * 200),
-}
+}  # fmt: skip
 """Situations that light a lamp which is dark on a motor without faults that is off."""
 LIT_WHEN_OFF = {
     (WORD, "Bo"): told(f"A={UNIT} V={UNIT} P=10 G"),

@@ -144,8 +144,7 @@ def the_master_turns(random, motor):
     quarter = Fraction(motor.cam.now.base, 4 * motor.cam.now.factor)  # of a cycle; too fast for one sample
     rate = random.choice([Fraction(random.randint(0, 50_000), random.randint(1, 999)), quarter, quarter * 4 // 5])
     way, part = random.choice([1, -1]), random.randrange(7)
-    ahead = Fraction(part, 7)
-    base = motor.master.edges
+    ahead, base = Fraction(part, 7), motor.master.edges
     end = base + way * random.randint(0, 100)
     motor.master.run = Run(base, way, rate, ahead, end, samples)
     motor.master.shown, motor.master.by_hand = random.choice(["", "A", "B", "AB", "AB"]), random.randrange(4)

@@ -123,20 +123,13 @@ def test_a_host_may_not_send_what_belongs_to_a_program():
 
 
 @pytest.mark.parametrize(("text", "expected"), [
-    ("ZS MP P=1000 G", ["ZS", "MP", "P=1000", "G"]),
-    ("Ze       ' Reset position error bit\nENDIF", ["Ze", "ENDIF"]),
-    ("a=1'b\r\nb=2\rc=3\0d=4\n\n", ["a=1", "b=2", "c=3", "d=4"]),
-    ("IF   Be==1  ' If", ["IF   Be==1"]),
+    ("ZS MP P=1000 G", ["ZS", "MP", "P=1000", "G"]), ("Ze       ' Reset position error bit\nENDIF", ["Ze", "ENDIF"]),
+    ("a=1'b\r\nb=2\rc=3\0d=4\n\n", ["a=1", "b=2", "c=3", "d=4"]), ("IF   Be==1  ' If", ["IF   Be==1"]),
     ("WHILE 1 IF UAI a=a+1 ENDIF LOOP", ["WHILE 1", "IF UAI", "a=a+1", "ENDIF", "LOOP"]),
-    ("\tCASE\t3\tG", ["CASE\t3", "G"]),
-    ("IF\na=1", ["IF", "a=1"]),
-    ('PRINT("it\'s a b",pp,#13) G', ['PRINT("it\'s a b",pp,#13)', "G"]),
-    ('PRINT("abc\nG', ['PRINT("abc', "G"]),
-    ("aw[0] 0 700  1100.  ' three\nG", ["aw[0] 0 700  1100.", "G"]),
-    ("aw[0] 1 2 .\nG", ["aw[0] 1 2 .", "G"]),
-    ("aw[ab[1]] 1 2\n3. G", ["aw[ab[1]] 1 2", "3.", "G"]),
-    ("aw[0]=1 aw[1]=2", ["aw[0]=1", "aw[1]=2"]),
-    ("", []),
+    ("\tCASE\t3\tG", ["CASE\t3", "G"]), ("IF\na=1", ["IF", "a=1"]),
+    ('PRINT("it\'s a b",pp,#13) G', ['PRINT("it\'s a b",pp,#13)', "G"]), ('PRINT("abc\nG', ['PRINT("abc', "G"]),
+    ("aw[0] 0 700  1100.  ' three\nG", ["aw[0] 0 700  1100.", "G"]), ("aw[0] 1 2 .\nG", ["aw[0] 1 2 .", "G"]),
+    ("aw[ab[1]] 1 2\n3. G", ["aw[ab[1]] 1 2", "3.", "G"]), ("aw[0]=1 aw[1]=2", ["aw[0]=1", "aw[1]=2"]), ("", []),
     (" ' nothing", [])])  # fmt: skip
 def test_where_the_statements_of_a_program_end(text, expected):
     assert [text[begin:end] for begin, end in lexer.statements(text)] == expected

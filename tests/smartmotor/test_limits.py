@@ -128,8 +128,7 @@ def test_limits(script):
 def test_every_kind_of_move_is_judged_by_its_direction(bench, motor, pin, move):
     """After an acknowledgement, moves away from the switch are accepted, moves towards it are refused."""
     _, _, sign, own, _ = PINS[pin]
-    away = motor.axes["shaft"]
-    stood = run_into(bench, motor, pin)
+    away, stood = motor.axes["shaft"], run_into(bench, motor, pin)
     backwards = -sign if "-1*" in move else sign
     send(bench, motor, f"V={UNIT} {own} " + move.format(v=backwards * UNIT, s=sign), 0.05)
     assert away.position == stood

@@ -231,8 +231,7 @@ def test_the_line_is_right_at_any_time_of_a_block_computed_ahead(bench):
     twin = Bench()
     other = motor_with(twin, text)
     assert twin.now == bench.now
-    zero_ns = bench.now
-    found = started(twin, other, 400)
+    zero_ns, found = bench.now, started(twin, other, 400)
     send(bench, motor, "RUN", 0)
     random = Random(11)
     for moment in sorted(random.sample(range(SAMPLE_NS, 300 * SAMPLE_NS), 200)):
@@ -330,8 +329,7 @@ def test_one_followed_line_is_reported_as_among_all_lines(bench, line):
 
 
 def test_the_next_program_is_watched_at_the_line_of_that_number(bench):
-    motor = motor_with(bench, "a=1\nEND\n")
-    found = []
+    motor, found = motor_with(bench, "a=1\nEND\n"), []
     motor.subscribe_lines(lambda program, index: found.append(index), ("program", 2))
     send(bench, motor, "RUN", 0.01)
     assert found == []

@@ -94,8 +94,7 @@ def test_shorted_windings_brake_with_the_mechanical_time_constant():
     tau = (2e-3 + 1.6e-5) / (0.075**2 / 0.7 + 1e-5)
     rig = driven(motor, 0, load, state.DRIVE_SHORTED)
     rig.f[machine.SPEED] = 20.0
-    speed = rig.rad_per_s
-    elapsed = rig.seconds(tau)
+    speed, elapsed = rig.rad_per_s, rig.seconds(tau)
     assert rig.rad_per_s == pytest.approx(speed * exp(-elapsed / tau), rel=0.001)
     assert rig.i[state.CURRENT] == pytest.approx(100 * 0.075 * rig.rad_per_s / 0.7, rel=0.02)  # filtered
 

@@ -18,8 +18,7 @@ DOES = ("jam", "push", "slip", "restart")
 
 def chain(ratio, shaft):
     """Return three motors, switched on at odd times; the second follows the first, the third follows the second."""
-    bench = Bench()
-    motors = []
+    bench, motors = Bench(), []
     for n in range(3):
         bench.clock.run_to(bench.now + 1_234_567 * n)
         motors.append(bench.add("smartmotor", name=f"motor{n}", line="instant", shaft=shaft))
@@ -82,8 +81,7 @@ def test_a_follower_computes_blocks_as_long_as_its_leader(monkeypatch):
     leader.serial.write(b"A=100 MV V=300000 G ")
     follower.serial.write(b"MF4 ")
     bench.run(0.5)
-    readings = []
-    read = ServoAxis.positions_ahead
+    readings, read = [], ServoAxis.positions_ahead
     monkeypatch.setattr(ServoAxis, "positions_ahead", lambda axis, times: readings.append(1) or read(axis, times))
     bench.run(0.5)
     assert len(readings) < 0.5 / 245_760e-9 / 10

@@ -22,8 +22,7 @@ class Follower:
 
     def __init__(self, motor, names):
         self.names = names
-        registers = motor.registers
-        now_ns = motor.bench.now
+        registers, now_ns = motor.registers, motor.bench.now
         self.told = {name: [(now_ns, registers[name].read())] for name in names}
         self.end = motor.follow(names, self.take)
 

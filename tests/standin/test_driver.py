@@ -270,8 +270,7 @@ def test_a_servo_has_the_position_of_the_real_motor_after_a_limit(smartmotor):
     smartmotor.say(b"A=100 V=60000 P=20000 G ", 1.5)
     smartmotor.metal.small.levels[8] = 0
     smartmotor.run(0.5)
-    made = net(smartmotor)
-    shaft = smartmotor.controller.axes["shaft"]
+    made, shaft = net(smartmotor), smartmotor.controller.axes["shaft"]
     assert 100 < made < 20000 and shaft.position == made
     assert smartmotor.lines[0] == f"table.C stopped the motion: table.shaft at {made}"
     smartmotor.say(b"RPE ", 0.1)

@@ -51,8 +51,7 @@ def test_a_lost_scheduler_ends_a_sweep_that_can_be_continued(tmp_path):
     with pytest.raises(UsageError, match="the same command continues the sweep"):
         made.run(out, seconds=3, scheduler=local.scheduler_address, progress=lambda *_: local.close())
     cluster.end_processes()
-    kept = read(out).num_rows
-    left = []
+    kept, left = read(out).num_rows, []
     found = sweep(tmp_path).run(out, seconds=3, workers=0, progress=lambda done, *_: left.append(done))
     assert (left, found.num_rows) == ([*range(kept + 1, 4)], 3)
     assert digest(found) == digest(sweep(tmp_path).run(seconds=3, workers=0))

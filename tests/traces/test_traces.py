@@ -159,8 +159,7 @@ def test_a_save_file_that_cannot_be_written_is_reported_and_the_trace_continues(
 
 
 def test_a_trace_ends_at_its_limit(tmp_path, traces):
-    told = []
-    bench = workshop()
+    told, bench = [], workshop()
     with tracing(bench, tmp_path / "a.csv", ("*",), told.append, limit=20_000):
         work(bench)
     assert len(told) == 1
@@ -177,8 +176,7 @@ def test_a_trace_ends_at_its_limit(tmp_path, traces):
 @pytest.mark.parametrize("ending", ["csv", "vcd"])
 def test_a_limited_trace_uses_the_allowed_size(tmp_path, traces, ending):
     """All changes up to the reported time (in µs) are in the file, although they are written in large pieces."""
-    told = []
-    bench = workshop()
+    told, bench = [], workshop()
     path = tmp_path / f"a.{ending}"
     limit = traces[ending].path.stat().st_size // 2
     with tracing(bench, path, ("*",), told.append, limit=limit):
@@ -294,8 +292,7 @@ def test_the_size_of_the_pieces_does_not_change_a_file(tmp_path, monkeypatch, ki
 
 def test_a_burst_after_a_long_rest_is_written_in_pieces(tmp_path, monkeypatch):
     """A piece has a limited number of changes, but may span any time."""
-    sizes = []
-    write = trace_files.CsvSink.write
+    sizes, write = [], trace_files.CsvSink.write
     monkeypatch.setattr(
         trace_files.CsvSink, "write", lambda sink, batch: (sizes.append(len(batch)), write(sink, batch))
     )

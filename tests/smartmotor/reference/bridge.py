@@ -52,18 +52,12 @@ def _program(motor):
     runner = motor.runner
     states = {"stopped": state.STOPPED, "running": state.RUNNING}
     return {
-        state.PROGRAM: states[runner.state],
-        state.STATEMENT: runner.number,
-        state.BUDGET: runner.left,
-        state.STATEMENTS_PER_SAMPLE: motor.per_sample,
-        state.WAIT_UNTIL: runner.wait_until,
-        state.DEPTH: len(runner.returns),
-        state.TWAITING: runner.held,
-        state.C2_CALLED: runner.c2_called,
-        state.FAULT_AGAIN: runner.fault_again,
-        state.PENDING: sum(CALLS[why] for why in runner.pending),
+        state.PROGRAM: states[runner.state], state.STATEMENT: runner.number, state.BUDGET: runner.left,
+        state.STATEMENTS_PER_SAMPLE: motor.per_sample, state.WAIT_UNTIL: runner.wait_until,
+        state.DEPTH: len(runner.returns), state.TWAITING: runner.held, state.C2_CALLED: runner.c2_called,
+        state.FAULT_AGAIN: runner.fault_again, state.PENDING: sum(CALLS[why] for why in runner.pending),
         state.ARRAY_BASE: state.DOUBLES if motor.overlay else state.ALONE,
-    } | {state.SWITCHES + depth: value for depth, value in enumerate(runner.switches)}
+    } | {state.SWITCHES + depth: value for depth, value in enumerate(runner.switches)}  # fmt: skip
 
 
 def _trajectory(motor):
@@ -88,22 +82,13 @@ def _follow(motor):
     master, run = motor.master, motor.master.run
     denominator = run.rate.denominator * run.ahead.denominator
     return {
-        state.CTR: master.ctr,
-        state.MASTER: master.edges,
-        state.MASTER_SEEN: master.seen,
-        state.SHOWN: sum(1 << PINS.index(pin) for pin in master.shown),
-        state.PIN_EDGES: master.by_hand,
-        state.STEP_UP: master.up,
-        state.STEPS: master.steps,
-        state.RESOLUTION: master.resolution,
-        state.MASTER_WAY: run.way,
-        state.MASTER_STEP: run.rate // 1,
-        state.MASTER_ADD: run.rate % 1 * denominator,
-        state.MASTER_DIV: denominator,
-        state.MASTER_REM: run.turned % 1 * denominator,
-        state.MASTER_LEFT: run.left,
+        state.CTR: master.ctr, state.MASTER: master.edges, state.MASTER_SEEN: master.seen,
+        state.SHOWN: sum(1 << PINS.index(pin) for pin in master.shown), state.PIN_EDGES: master.by_hand,
+        state.STEP_UP: master.up, state.STEPS: master.steps, state.RESOLUTION: master.resolution,
+        state.MASTER_WAY: run.way, state.MASTER_STEP: run.rate // 1, state.MASTER_ADD: run.rate % 1 * denominator,
+        state.MASTER_DIV: denominator, state.MASTER_REM: run.turned % 1 * denominator, state.MASTER_LEFT: run.left,
         state.MASTER_END: run.end,
-    }
+    }  # fmt: skip
 
 
 def _cam(motor):
@@ -147,21 +132,13 @@ def _inputs(motor):
     index, go = motor.index, motor.go
     analog = {state.ANALOG + n: motor.values.get(f"U{pin}A", 0) for n, pin in enumerate(PINS)}
     return analog | {
-        state.PINS: sum(level << bit for bit, level in enumerate(motor.pins.values())),
-        state.GO_LEVEL: go.level,
-        state.BRAKE_PIN: 1 << PINS.index(motor.brake_pin) if motor.brake_pin else 0,
-        state.BRAKE_READ: motor.brake_read,
-        state.GO_COUNT: go.different,
-        state.DEBOUNCE: go.debounce,
-        state.WINDOW_LOW: motor.window[0],
-        state.WINDOW_HIGH: motor.window[1],
-        state.INDEX: index.position,
-        state.INDEX_ARMED: index.armed,
-        state.INDEX_FORCED: index.forced,
-        state.INDEX_LOW: index.below,
-        state.INDEX_HIGH: index.below + index.turn,
+        state.PINS: sum(level << bit for bit, level in enumerate(motor.pins.values())), state.GO_LEVEL: go.level,
+        state.BRAKE_PIN: 1 << PINS.index(motor.brake_pin) if motor.brake_pin else 0, state.BRAKE_READ: motor.brake_read,
+        state.GO_COUNT: go.different, state.DEBOUNCE: go.debounce, state.WINDOW_LOW: motor.window[0],
+        state.WINDOW_HIGH: motor.window[1], state.INDEX: index.position, state.INDEX_ARMED: index.armed,
+        state.INDEX_FORCED: index.forced, state.INDEX_LOW: index.below, state.INDEX_HIGH: index.below + index.turn,
         state.COUNTS_PER_REV: index.turn,
-    }
+    }  # fmt: skip
 
 
 def variables(motor):

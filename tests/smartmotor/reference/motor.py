@@ -239,22 +239,12 @@ class ReferenceMotor:
     def _known(self):
         word = sum(self.flags[flag] << bit for bit, flag in enumerate(FLAGS))
         return {
-            "@P": signed(self.position),
-            "@PE": signed(self.trajectory.place // 65536 - signed(self.position)),
-            "@V": self.trajectory.velocity,
-            "CLK": signed(self.sample_number - self.clock_zero),
-            "CTR": self.master.ctr,
-            "CX": self.cam.index,
-            "I": self.index.position,
-            "W": word,
-            "S": word % 256,
-            "U": sum(level << bit for bit, level in enumerate(self.pins.values())),
-            "GETCHR": self.fetched,
-            "D": self.cam.prepared.dwell,
-            "F": self.cam.prepared.word,
-            "E": self.error_limit,
-            "T": self.torque,
-        }
+            "@P": signed(self.position), "@PE": signed(self.trajectory.place // 65536 - signed(self.position)),
+            "@V": self.trajectory.velocity, "CLK": signed(self.sample_number - self.clock_zero), "CTR": self.master.ctr,
+            "CX": self.cam.index, "I": self.index.position, "W": word, "S": word % 256,
+            "U": sum(level << bit for bit, level in enumerate(self.pins.values())), "GETCHR": self.fetched,
+            "D": self.cam.prepared.dwell, "F": self.cam.prepared.word, "E": self.error_limit, "T": self.torque,
+        }  # fmt: skip
 
 
 class IdealMachine:
