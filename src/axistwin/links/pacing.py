@@ -199,7 +199,6 @@ class Pacer:
     # Functions that advance the bench, then report failed actions, apply changes of the speed, and send output
 
     def request_flush(self, port: Port) -> None:
-        """Flush this port after the bench has been advanced."""
         self._to_flush.append(port)
 
     def subscribe(self, callback: Callable[[], None]) -> Callable[[], None]:

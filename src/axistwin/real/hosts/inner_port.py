@@ -40,7 +40,6 @@ class InnerPort:
         return data
 
     async def pause(self, seconds: float) -> None:
-        """Wait for `seconds` of virtual time."""
         end_ns = self._pacer.clock.later(to_ns(seconds))
         while self._pacer.clock.now < end_ns:
             self._pacer.advance(end_ns)

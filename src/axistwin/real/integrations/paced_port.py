@@ -24,7 +24,6 @@ class PacedPort:
         return data
 
     async def pause(self, seconds: float) -> None:
-        """Wait for `seconds` of virtual time."""
         end_ns = self._now_ns() + to_ns(seconds)
         while self._now_ns() < end_ns:
             await asyncio.sleep(self._left(end_ns))

@@ -29,7 +29,6 @@ class Station:
         self._points_due = 0.0
 
     def wake(self) -> None:
-        """Start the next poll at once."""
         self._wake.set()
 
     async def polled(self) -> None:

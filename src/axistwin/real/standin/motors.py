@@ -136,5 +136,4 @@ Motor = Steps | Counts  # An emulated axis whose pulses drive a real motor.
 
 
 def motor(axis: StepperAxis | ServoAxis) -> Motor:
-    """Return an object that yields the pulses of an emulated axis."""
     return Steps(axis) if isinstance(axis, StepperAxis) else Counts(axis)

@@ -30,12 +30,10 @@ class Output(ABC):
             self._deliver(self, self._board.events.popleft())
 
     @abstractmethod
-    def start(self) -> None:
-        """Begin to serve the board."""
+    def start(self) -> None: ...
 
     @abstractmethod
-    def close(self) -> None:
-        """End the output."""
+    def close(self) -> None: ...
 
     def queue(
         self, axis: str, direction: int, times_s: "NDArray[np.float64]", tolerance_s: float = TOLERANCE_S
@@ -61,7 +59,6 @@ class Output(ABC):
         self._act(self._board.resume, group)
 
     def restart(self, now_s: float) -> None:
-        """Connect to the board again after a failure."""
         self._act(self._board.restart, now_s)
 
     def shut_down(self) -> None:

@@ -89,8 +89,6 @@ class AddressSpace:
     async def add_method(
         self, parent: Node, names: tuple[str, ...], act: Callable[..., Awaitable[None]], *arguments: str
     ) -> None:
-        """Create an OPC UA method, which clients can call with numbers as arguments."""
-
         async def call(_: ua.NodeId, *given: ua.Variant) -> ua.StatusCode:
             if len(given) < len(arguments):
                 return ua.StatusCode(ua.StatusCodes.BadArgumentsMissing)

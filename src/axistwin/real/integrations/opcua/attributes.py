@@ -69,7 +69,6 @@ def number(given: ua.Variant) -> float:
 
 
 def status_code(error: Exception) -> int:
-    """Return the OPC UA status code for an error."""
     match error:
         case PositionLostError():
             return LOST

@@ -158,7 +158,6 @@ def _exact(command: bytes) -> bytes:
 
 
 def start(bench: Bench, _: Contents) -> None:
-    """Advance virtual time until the setup commands have been sent to the board."""
     bench.run(POWER_UP_S)
     for process in bench.senders.values():
         bench.run_until(lambda: not process.is_alive, LONGEST_S)  # noqa: B023  # called at once

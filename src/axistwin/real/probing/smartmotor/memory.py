@@ -156,7 +156,6 @@ CHANNEL_S = 0.6  # Time after which a WAIT=2035 has ended, and a program of `CHA
 
 
 def loading(program: str) -> tuple[bytes, ...]:
-    """Return the requests that load a program: LOAD, then the program in blocks."""
     data = program.encode("latin-1")
     return b"LOAD ", *(data[at : at + BLOCK] for at in range(0, len(data), BLOCK)), END_OF_PROGRAM
 

@@ -21,7 +21,6 @@ WIRED = "RS4"  # Type of a channel that makes pin G an output.
 
 
 def report(command: Instruction) -> bool:
-    """Return True if a command only reports a value, e.g. RP or Ra."""
     reports = command.form in (Form.REPORT_VARIABLE, Form.REPORT_ARRAY) or command.form is Form.BARE
     others = ("RETURN", "RETURNF", "RETURNI", "RUN", "RUN?", "RI", "RS2", "RS4")
     return reports and str(command.code).startswith("R") and command.code not in others
