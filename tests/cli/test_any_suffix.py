@@ -40,8 +40,7 @@ def test_without_a_model_the_suffix_decides(tmp_path):
 def test_a_compiled_program_is_named_for_what_it_is(tmp_path, command):
     (tmp_path / "home.smx").write_bytes(b"$12\x00\x01")
     done = run(command, "smartmotor", tmp_path / "home.smx")
-    assert done.code == 2
-    assert "home.smx is a compiled SmartMotor program: expected its source, a .sms file" in done.err
+    assert done.code == 2 and "home.smx is a compiled SmartMotor program: expected its source, a .sms file" in done.err
 
 
 def test_a_text_at_the_serial_port_is_refused_with_what_is_expected():

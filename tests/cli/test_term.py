@@ -66,8 +66,7 @@ def test_what_a_local_command_does_not_know():
     assert lines[3].startswith("unknown name 'nothing': expected one of input1")
     assert lines[5] == "invalid level 'up': expected one of high, on, low, off, release"
     assert lines[7] == "invalid speed 'no': expected `max` or a number up to 1000000, e.g. 1 for real time"
-    assert lines[9] == "invalid time 'x': expected a number of seconds, e.g. :wait 0.5"
-    assert lines[10:] == ["> :quit"]
+    assert lines[9] == "invalid time 'x': expected a number of seconds, e.g. :wait 0.5" and lines[10:] == ["> :quit"]
 
 
 def test_a_national_keyboard():

@@ -31,7 +31,6 @@ def rising(bench: Bench, board: Controller, trigger: int) -> None:
 
 
 def sequence(bench: Bench, board: Controller, number: int, *commands: tuple[int, ...]) -> None:
-    """Define a sequence."""
     send(bench, board, 0xD9, number)
     for command in commands:
         send(bench, board, *command)

@@ -108,7 +108,6 @@ def default(bench: Bench, board: Controller, velocity: int, acceleration: int, r
 
 
 def until_idle(bench: Bench, board: Controller, timeout: float = 100) -> None:
-    """Run until the motion has ended."""
     bench.run(0.03)
     assert bench.run_until(lambda: board.axes["motor"].velocity == 0, timeout)
     bench.run(0.0001)

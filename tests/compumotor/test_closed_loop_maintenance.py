@@ -127,8 +127,7 @@ def test_a_pushed_motor_comes_back(bench, board, law, counts):
     send(bench, board, 0xB3, *law, 0x00, *i32(50_000))
     push(board, counts)
     bench.run(40)
-    assert number(bench, board, 0x99) == 0
-    assert -625 <= board.axes["motor"].position * (1 if counts > 0 else -1) <= -619
+    assert number(bench, board, 0x99) == 0 and -625 <= board.axes["motor"].position * (1 if counts > 0 else -1) <= -619
 
 
 def test_the_correction_in_time(bench, board):

@@ -133,8 +133,7 @@ def test_70h_after_a_stream_has_run_dry_is_a_ramp_of_the_last_move(bench, board)
     run_dry(bench, board)
     send(bench, board, 0x70)
     began = bench.now
-    assert bench.run_until(lambda: not board.axes["motor"].velocity, 1)
-    assert 0.166 < (bench.now - began) / 1e9 <= 0.172
+    assert bench.run_until(lambda: not board.axes["motor"].velocity, 1) and 0.166 < (bench.now - began) / 1e9 <= 0.172
 
 
 @scripts({
@@ -178,8 +177,7 @@ def test_81h_after_a_correction_has_the_sign_of_the_move(bench, way):
     motor.encoder.displace(way * 100)
     bench.run(5)
     assert number(bench, board, 0x99) == 0
-    assert 24_374 <= way * motor.position <= 24_382
-    assert position(bench, board, 0x81) == 25_000 - way * motor.position
+    assert 24_374 <= way * motor.position <= 24_382 and position(bench, board, 0x81) == 25_000 - way * motor.position
 
 
 @pytest.mark.parametrize(("ratio", "target", "begins"), [

@@ -30,8 +30,7 @@ def test_a_loop_is_printed_singular_and_takes_no_time(bench, board):
     """20h is printed SINGULAR. State 02 of 0Fh never shows it, and 73h finds nothing to end."""
     sequence(bench, board, 1, (0x20, 1, 0, 3), (0x01, 7))
     send_all(bench, board, (0x0F, 0, 0x02, 1), (0x41, 1), (0x73,))
-    assert not bench.run_until(lambda: board.bus.read(1) & USER_BIT, 0.02)
-    assert messages(bench, board) == ["01 07"] * 3
+    assert not bench.run_until(lambda: board.bus.read(1) & USER_BIT, 0.02) and messages(bench, board) == ["01 07"] * 3
 
 
 @pytest.mark.parametrize(("place", "begin", "edge", "final", "sent"), [

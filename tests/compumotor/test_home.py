@@ -29,7 +29,6 @@ def define(bench, board, edge, final, active_high=True, percent=5):
 
 
 def done(bench, board):
-    """Run until the search has ended."""
     assert bench.run_until(lambda: board.pins["output1"].level is False, 100)
 
 
@@ -144,8 +143,7 @@ def test_stop_kill_and_discontinue_end_a_search(bench, opcode, velocity):
     send(bench, board, opcode, seconds=0.1)
     assert board.axes["motor"].velocity == velocity and not board.pins["output1"].level
     send(bench, board, 0x78)
-    assert position(bench, board, 0x82) == position(bench, board, 0x83)
-    assert len(board.axes["motor"].train.moves) == 2
+    assert position(bench, board, 0x82) == position(bench, board, 0x83) and len(board.axes["motor"].train.moves) == 2
 
 
 @pytest.mark.parametrize("delay_s", [0.31, 0.35, 0.42])

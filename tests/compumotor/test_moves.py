@@ -41,8 +41,7 @@ def test_a_short_move_is_a_triangle(bench, board):
     send(bench, board, 0xA3, 1)
     complete(bench, board, 0x33, *i32(-1_000))
     times = steps(board)
-    assert board.axes["motor"].position == -1_000
-    assert times[-1] - board.axes["motor"].train.move.start_ns == 61_250 * US
+    assert board.axes["motor"].position == -1_000 and times[-1] - board.axes["motor"].train.move.start_ns == 61_250 * US
     assert messages(bench, board) == []  # "no interrupt will be received"
 
 

@@ -38,8 +38,7 @@ def test_registers(bench, script):
 def test_a_message_has_sixteen_bytes_and_is_taken_with_bit_seven(bench, board):
     write(board, 0x01, 0x07)
     bench.run(0.01)
-    assert board.bus.read(1) == 0x58
-    assert bytes(board.bus.read(0) for _ in range(16)) == bytes([0x01, 0x07]) + bytes(14)
+    assert board.bus.read(1) == 0x58 and bytes(board.bus.read(0) for _ in range(16)) == bytes([0x01, 0x07]) + bytes(14)
     assert board.bus.read(1) == 0x58
     board.bus.write(1, 0x0F)  # bits 0 to 3 of the control byte are not used
     assert board.bus.read(1) == 0x58

@@ -60,8 +60,7 @@ def test_warnings_alone_do_not_fail(check):
 
 def test_a_program_without_errors(check):
     result = check("moves.if1", "X1000$\n")
-    assert (result.return_value, result.stdout) == (0, "")
-    assert result.stderr == "axistwin: moves.if1: nothing wrong\n"
+    assert (result.return_value, result.stdout) == (0, "") and result.stderr == "axistwin: moves.if1: nothing wrong\n"
 
 
 def test_json_output(check):

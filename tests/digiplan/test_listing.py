@@ -116,8 +116,7 @@ def test_a_line_read_again_is_the_same_step(text):
     assert message.problems == []
     (step,) = message.steps
     (again,) = parse(f":{typed(step)}:$", COMMANDS).steps
-    assert again == step
-    assert [*again.major.items(), *again.minor.items()] == [*step.major.items(), *step.minor.items()]
+    assert again == step and [*again.major.items(), *again.minor.items()] == [*step.major.items(), *step.minor.items()]
     assert typed(again) == typed(step)
 
 

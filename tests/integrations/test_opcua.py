@@ -172,8 +172,7 @@ return [moved, (await (await axis.get_child("2:Busy")).read_value()) in (True, F
             signed_in = f"client.set_user({name!r}); client.set_password({password!r})"
             return converse(made["url"], body, f"{signing(tmp_path, 'client')}\n    {signed_in}")
 
-        assert as_user("anna", "k7Rw2p") == [None, True]
-        assert as_user("bert", "x9Qv4t") == ["BadUserAccessDenied", True]
+        assert as_user("anna", "k7Rw2p") == [None, True] and as_user("bert", "x9Qv4t") == ["BadUserAccessDenied", True]
         with pytest.raises(AssertionError, match=r"BadUserAccessDenied|BadIdentityTokenRejected"):
             as_user("anna", "wrong")
         with pytest.raises(AssertionError):

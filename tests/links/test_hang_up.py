@@ -11,12 +11,10 @@ from .serving import HOST_TIMEOUT_S, Served, ask, dial, receive
 
 
 def hang_up(served):
-    """Begin the fault, and return it."""
     return served.do(lambda: act(served, lambda: served.bench.faults.add("hang_up", "if1")))
 
 
 def mend(served):
-    """End the fault."""
     served.do(lambda: act(served, lambda: served.bench.faults.mend("hang_up")))
 
 

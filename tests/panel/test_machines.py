@@ -90,8 +90,7 @@ def test_a_board_has_a_home_switch_and_an_encoder(visit):
     assert seen(visit, "1811.motor")["home", ".lit"]
     go(visit.bench["1811"].axes["motor"], 400)
     visit.run(1)
-    assert not seen(visit, "1811.motor")["home", ".lit"]
-    assert written(visit, "1811.motor", "encoder") == ["4\u2009000"]
+    assert not seen(visit, "1811.motor")["home", ".lit"] and written(visit, "1811.motor", "encoder") == ["4\u2009000"]
 
 
 @slide
@@ -129,8 +128,7 @@ def test_where_nobody_has_said_anything_all_are_drawn(visit):
 def test_a_shaft_turns_by_its_motors_pulses_a_turn(visit):
     go(visit.bench["if1"].axes["X"], 450)
     visit.run(0.225)
-    assert place(visit, "if1.X", "disc") == 405.0
-    assert written(visit, "if1.X", "turns", "rpm") == ["1 + 45.0°", "+300"]
+    assert place(visit, "if1.X", "disc") == 405.0 and written(visit, "if1.X", "turns", "rpm") == ["1 + 45.0°", "+300"]
 
 
 @shown(machines, "if1")

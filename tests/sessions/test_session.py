@@ -166,8 +166,7 @@ async def test_an_act_in_a_replay_can_be_undone():
     session.do("if1", "input1", "high")
     assert session.recorded_seconds == 0.5
     await session.undo()
-    assert (session.seconds, session.recorded_seconds) == (0.5, end_s)
-    assert not session.bench["if1"].pins["input1"].level
+    assert (session.seconds, session.recorded_seconds) == (0.5, end_s) and not session.bench["if1"].pins["input1"].level
 
 
 @pytest.mark.parametrize("running", [False, True])
@@ -246,8 +245,7 @@ async def test_a_step_stops_at_a_break():
     session.say("if1", MOVE)
     assert await session.step("move")
     session.add_break("if1.X passes 10")
-    assert not await session.step("move")
-    assert (position(session), session.halted_by) == (10, "break: if1.X passes 10")
+    assert not await session.step("move") and (position(session), session.halted_by) == (10, "break: if1.X passes 10")
 
 
 async def test_a_servo_is_stepped_to_the_end_of_its_motion():

@@ -120,8 +120,7 @@ def test_a_flipped_bit_is_found_by_parity_and_only_by_parity():
     with_parity, without = Wire("9600 8E1", "9600 8E1"), Wire()
     for wire in (with_parity, without):
         wire.first.line.flip(0b100)
-    assert with_parity.send(b"a") == [(ord("a") ^ 0b100, PARITY)]
-    assert without.send(b"a") == [(ord("a") ^ 0b100, NONE)]
+    assert with_parity.send(b"a") == [(ord("a") ^ 0b100, PARITY)] and without.send(b"a") == [(ord("a") ^ 0b100, NONE)]
 
 
 def test_a_line_cut_in_the_middle_of_a_character_reads_as_ones_from_there_on():

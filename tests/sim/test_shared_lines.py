@@ -137,8 +137,7 @@ def test_talk_one_after_the_other_is_not_garbled(clock):
     clock.call_later(FRAME, lambda: first.uart.send(b"b"))
     clock.call_later(2 * FRAME, lambda: port.write(b"c"))
     clock.run_to(10 * MS)
-    assert (first.bytes, second.bytes, port.read()) == (b"ac", b"abc", b"b")
-    assert second.errors == [LineError.NONE] * 3
+    assert (first.bytes, second.bytes, port.read()) == (b"ac", b"abc", b"b") and second.errors == [LineError.NONE] * 3
 
 
 def test_a_break_on_a_shared_pair(clock):

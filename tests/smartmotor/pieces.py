@@ -136,7 +136,6 @@ def by_chance(seed):
 
 
 def look(random, day):
-    """Perform a random read."""
     motor, shaft = day.motor, day.motor.axes["shaft"]
     random.choice([
         lambda: shaft.position, lambda: shaft.commanded, lambda: shaft.velocity, lambda: shaft.moving,

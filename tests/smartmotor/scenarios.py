@@ -116,7 +116,6 @@ def trigger(bench: Bench, motor: Controller, low: int = 20, high: int = 20) -> N
 
 
 def open_limit(bench: Bench, motor: Controller) -> None:
-    """Open the limit switch on pin C."""
     motor.pins["C"].release()
     advance(bench, 3)
 

@@ -96,5 +96,4 @@ def test_a_power_cycle_and_z_restore_every_default(bench, motor):
         bench.run(0.5)
         motor.serial.read()
         assert send(bench, motor, "RW RMODE") == b"1670\rB\r"
-        assert {name: value(bench, motor, name) for name in DEFAULTS} == DEFAULTS
-        assert value(bench, motor, "CLK") < 2600
+        assert {name: value(bench, motor, name) for name in DEFAULTS} == DEFAULTS and value(bench, motor, "CLK") < 2600

@@ -63,7 +63,6 @@ class Rules:
 
     @property
     def engaged(self) -> bool:
-        """True if the static brake is engaged."""
         by_control = {"BRKSRV": not self.servo, "BRKTRJ": not self.trajectory, "BRKRLS": False, "BRKENG": True}
         return by_control[self.control]
 

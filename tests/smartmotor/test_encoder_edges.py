@@ -14,7 +14,6 @@ SAMPLE_NS = 245_760
 
 @pytest.fixture
 def bench():
-    """A bench with a SmartMotor."""
     bench = Bench()
     bench.add("smartmotor", name="motor")
     bench.run(0.01)

@@ -115,8 +115,7 @@ def test_both_give_up_where_they_should(text, flag):
     assert reason.value.flag == flag
     kernel = Kernel(motor, f"b={text}")
     kernel.advance(3)
-    assert (kernel.i[state.BD], kernel.i[state.BU]) == (flag == "Bd", flag == "Bu")
-    assert kernel.v[state.LETTERS + 1] == 5
+    assert (kernel.i[state.BD], kernel.i[state.BU]) == (flag == "Bd", flag == "Bu") and kernel.v[state.LETTERS + 1] == 5
 
 
 @pytest.mark.skipif(not jit.available(), reason="Numba is not installed")

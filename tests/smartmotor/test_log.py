@@ -59,8 +59,7 @@ def looked_at(bench: Bench) -> dict[str, list[tuple[int, int]]]:
 
 def test_what_is_told_is_what_one_finds_after_each_sample():
     found = told(at_work())
-    assert found == looked_at(at_work())
-    assert found.keys() > {"Ra", "Rbbb", "Raa", "P", "RE", "RP", "RV", "RBt", "RW"}
+    assert found == looked_at(at_work()) and found.keys() > {"Ra", "Rbbb", "Raa", "P", "RE", "RP", "RV", "RBt", "RW"}
 
 
 def test_a_sample_without_statements_changes_no_number_that_is_not_compared():

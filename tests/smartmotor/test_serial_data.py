@@ -260,8 +260,7 @@ def test_baud_takes_effect_at_once(bench):
     motor = clear(bench, bench.add("smartmotor"))
     assert send(bench, motor, "BAUD38400", 0.1) == b""
     motor.serial.host.baudrate = 38400
-    assert arrivals_ms(bench, motor, "RP") == [1.042, 1.302]
-    assert send(bench, motor, "BAUD300 RBs RBf", 0.1) == b"1\r0\r"
+    assert arrivals_ms(bench, motor, "RP") == [1.042, 1.302] and send(bench, motor, "BAUD300 RBs RBf", 0.1) == b"1\r0\r"
     motor.power_cycle()
     motor.serial.host.baudrate = 9600
     assert send(bench, motor, "RP", 0.1) == b"0\r"

@@ -178,8 +178,7 @@ def test_a_hot_motor_is_not_ready_before_it_is_5_degrees_below_th():
     machine.set_jam(rig.f, True)
     rig.i[state.THD] = 100
     rig.i[state.MODE], rig.i[state.T] = state.M_TORQUE, 212  # 1.99 A
-    assert rig.until_overload(200_000) == pytest.approx(11.33 * log(64.2 / 18.2), rel=0.05)
-    assert rig.i[state.TEMP] == 71
+    assert rig.until_overload(200_000) == pytest.approx(11.33 * log(64.2 / 18.2), rel=0.05) and rig.i[state.TEMP] == 71
     machine.set_ambient(rig.i, rig.f, 35.0)
     rig.i[state.DRIVE] = state.DRIVE_OPEN
     while rig.sample():

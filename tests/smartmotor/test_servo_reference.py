@@ -37,7 +37,6 @@ class Pair:
         self.drive, self.mode = ON, state.M_POSITION
 
     def change(self):
-        """Change random inputs."""
         i, f, random = self.rig.i, self.rig.f, self.random
         self.drive = i[state.DRIVE] = random.choice((OPEN, SHORTED, ON, ON, ON, ON))
         self.mode = i[state.MODE] = random.choice((state.M_TORQUE, state.M_POSITION, state.M_VELOCITY))
@@ -73,7 +72,6 @@ class Pair:
         return protests, reference.temperatures.overloaded(int(i[state.TH]), int(i[state.THD]))
 
     def compare(self):
-        """Compare all results."""
         i, f, reference, heat = self.rig.i, self.rig.f, self.machine, self.machine.temperatures
         assert f[machine.AMPS_NOW] == reference.amps
         ours = [f[slot] for slot in (machine.SPEED, machine.FRACTION, machine.WINDING_C, machine.HOUSING_C)]

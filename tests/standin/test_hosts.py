@@ -32,8 +32,7 @@ def test_a_basic_program_of_the_manual_moves_the_motors(tmp_path):
     session.bench.run(2.5)
     [board] = boards
     assert board.lines == [] and board.moves(PINS) == [{"X": 1000}, {"Y": 1000}, {"X": -1000}, {"Y": -1000}]
-    assert board.moves(PINS) == session.moves()
-    assert not [word for word in ("rror", "imeout") if word in session.screen]
+    assert board.moves(PINS) == session.moves() and not [word for word in ("rror", "imeout") if word in session.screen]
 
 
 def test_a_host_with_pyserial_moves_the_motors(tmp_path):

@@ -26,8 +26,7 @@ def test_each_stop_input_is_read_once_in_a_period(stops, period_us):
     found = table(stops, 1)
     assert found.period == period_us * US
     for given in found.wiring.inputs[:stops]:
-        assert found.interval(given) == period_us * US
-        assert 0 <= found.reading(given, 1e9) - 1e9 <= 3 * period_us * US
+        assert found.interval(given) == period_us * US and 0 <= found.reading(given, 1e9) - 1e9 <= 3 * period_us * US
 
 
 @pytest.mark.parametrize(("stops", "others"), [(2, 1), (3, 4), (6, 2)])

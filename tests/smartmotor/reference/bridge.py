@@ -236,7 +236,6 @@ class Kernel:
         return None if place < 0 else (int(self.code[place]), int(self.code[place + 1]))
 
     def compare(self, motor, what):
-        """Compare the whole state, bit by bit."""
         whole, named, parts = what
         i = list(map(int, self.i))
         differences = {NAMES.get(slot, slot): (i[slot], value) for slot, value in whole.items() if i[slot] != value}

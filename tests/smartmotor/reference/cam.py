@@ -103,6 +103,5 @@ class Cam:
         return shift
 
     def start(self):
-        """Start the cam, as G does."""
         self.pending = True
         self._take_over()

@@ -39,7 +39,6 @@ class Runner:
         return None
 
     def statement(self):
-        """Execute one statement."""
         if self.held:
             if self.motor.flags["Bt"]:
                 return "held"

@@ -13,7 +13,6 @@ ARRAYS = {"ab": 204, "aw": 102, "al": 51}
 
 
 def expression(random, depth=3, *, system=True, fetches=False):
-    """Return an expression of the language."""
     kind = random.randrange(10) if depth else random.randrange(2)
     if kind == 0:
         return random.choice(random.choice([SMALL, SMALL, SMALL, LARGE]))
@@ -65,7 +64,6 @@ def plain(random):
 
 
 def block(random, depth, breaks=False):
-    """Return the lines of a block."""
     lines = []
     for _ in range(random.randint(0, 3)):
         kind = random.randrange(6) if depth else 0

@@ -70,8 +70,6 @@ class GoPin:
 
 @dataclass
 class Limit:
-    """The positive or the negative limit."""
-
     pin: str
     flags: tuple
     """The limit now, and what has happened."""
@@ -140,7 +138,6 @@ class ReferenceMotor:
 
     @property
     def position(self):
-        """Return the controller's position."""
         return self.direction * self.shaft + self.origin
 
     @property
