@@ -167,8 +167,7 @@ def test_the_child_of_a_fork_is_a_process_of_its_own(tmp_path):
         except UsageError as error:
             os._exit(3 if f"process {os.getppid()} " in str(error) else 4)
         os._exit(5)
-    assert os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]) == 3
-    assert not holds(tmp_path)
+    assert os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]) == 3 and not holds(tmp_path)
 
 
 # Whole files
@@ -337,8 +336,7 @@ def test_a_disk_that_cannot_be_read_any_more_stops_nobody(tmp_path, caplog):
     file.unlink()
     file.mkdir()
     if2.power_cycle()
-    assert len(warnings(caplog)) == 2
-    assert "X10" in "".join(if2.programs["sequence"].lines)
+    assert len(warnings(caplog)) == 2 and "X10" in "".join(if2.programs["sequence"].lines)
 
 
 FULL = """

@@ -106,8 +106,7 @@ def test_virtual_time_passes_with_the_instructions(bench):
     board = bench.add("1811", initialisation_s=0.1)
     pc = computer(bench, board, code("E4 61", "A8 10", "74 FA", "F4"))  # IN AL,61h; TEST AL,10h; JZ; HLT
     pc.run(2)
-    assert pc.stopped
-    assert 0.1 <= bench.seconds < 0.1001
+    assert pc.stopped and 0.1 <= bench.seconds < 0.1001
     assert pc.instructions == pytest.approx(50_000, rel=0.001)
 
 
@@ -151,7 +150,6 @@ def test_ports_where_no_board_sits(bench):
 def test_a_program_for_ever_ends_with_its_time(bench):
     pc = computer(bench, bench.add("1811"), code("EB FE ; JMP $"))
     pc.run(0.01)
-    assert not pc.stopped
-    assert bench.seconds == pytest.approx(0.01, abs=1e-5)
+    assert not pc.stopped and bench.seconds == pytest.approx(0.01, abs=1e-5)
     pc.run(0.01)
     assert bench.seconds == pytest.approx(0.02, abs=1e-5)

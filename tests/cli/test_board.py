@@ -84,8 +84,7 @@ def test_a_program(tmp_path):
     program, trace, plot = tmp_path / "p.181x", tmp_path / "t.csv", tmp_path / "p.svg"
     program.write_text(PROGRAM)
     code, told, _ = run("run", "1811", program, "--trace", trace, "--plot", plot)
-    assert code == 0
-    assert "> 33 00 00 61 A8   go relative: distance 25000 pulses" in told
+    assert code == 0 and "> 33 00 00 61 A8   go relative: distance 25000 pulses" in told
     assert "< 83 00 00 00 00 61 A8   position from absolute zero: position 25000 pulses" in told
     assert "! cw_limit high" in told
     rows = trace.read_text().splitlines()
@@ -107,8 +106,7 @@ def test_a_program_that_cannot_be_read(tmp_path):
     program = tmp_path / "p.181x"
     program.write_text("70\ngo_relative x\n")
     code, _, told = run("run", "1811", program)
-    assert code == 1
-    assert f"{program}:2:13: invalid distance 'x'" in told
+    assert code == 1 and f"{program}:2:13: invalid distance 'x'" in told
 
 
 def test_a_program_for_something_else(tmp_path):
@@ -127,5 +125,4 @@ def test_a_terminal():
 
 def test_commands():
     code, told, _ = run("commands", "1811")
-    assert code == 0
-    assert "go relative" in told
+    assert code == 0 and "go relative" in told

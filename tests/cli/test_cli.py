@@ -53,13 +53,11 @@ def test_help_begins_with_where_to_begin(capsys):
 
 
 def test_no_command_shows_the_help_and_is_wrong_usage(capsys):
-    assert main() == 2
-    assert "Commands:" in capsys.readouterr().err
+    assert main() == 2 and "Commands:" in capsys.readouterr().err
 
 
 def test_a_command_that_does_not_exist(capsys):
-    assert main("fly") == 2
-    assert "no command 'fly'" in capsys.readouterr().err
+    assert main("fly") == 2 and "no command 'fly'" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize("command", list(COMMANDS))
@@ -144,5 +142,4 @@ def test_an_output_that_cannot_be_written_is_one_line(arguments):
 def test_wrong_usage_is_told_in_one_line_and_ends_with_2(arguments, words, tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "a.if1").write_text("X1$\n")
-    assert main(*arguments) == 2
-    assert words in capsys.readouterr().err
+    assert main(*arguments) == 2 and words in capsys.readouterr().err

@@ -80,10 +80,8 @@ def test_a_closed_terminal_ends_every_server_as_sigterm_does(tmp_path):
     """SIGHUP: the link of the pseudo terminal is removed, and the trace is whole."""
     link, trace = tmp_path / "if1", tmp_path / "t.csv"
     with serving("if1", "--pty", link, "--trace", trace, "--speed", "100") as (program, _):
-        assert link.is_symlink()
-        assert ended(program, signal.SIGHUP)[0] == 0
-    assert not link.is_symlink()
-    assert trace.read_text().endswith("\n")
+        assert link.is_symlink() and ended(program, signal.SIGHUP)[0] == 0
+    assert not link.is_symlink() and trace.read_text().endswith("\n")
 
 
 @pytest.mark.skipif(not hasattr(signal, "SIGHUP"), reason="Windows has no SIGHUP")

@@ -139,8 +139,7 @@ def test_a_server_of_axes(files, command, extra):
     with full_after(100), running(command, "motor.toml", *words, env=environment) as program:
         ready = program.stdout.readline()
         code, messages = ended(program, signal.SIGTERM)
-    assert ready
-    assert (code, len(messages.splitlines())) == (1, 2)
+    assert ready and (code, len(messages.splitlines())) == (1, 2)
     assert all(line.startswith("axistwin: out/knife.json") for line in messages.splitlines())
 
 

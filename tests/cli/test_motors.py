@@ -290,8 +290,7 @@ def test_a_source_that_only_begins_like_utf_8(tmp_path):
     program = tmp_path / "p.sms"
     program.write_bytes(b"\xef\xbb\xbf\xfc")
     code, _, told = run("run", "smartmotor", program)
-    assert code == 2
-    assert "p.sms cannot be read as utf-8: expected a text file" in told
+    assert code == 2 and "p.sms cannot be read as utf-8: expected a text file" in told
 
 
 def test_a_comment_in_quotes_is_sent(tmp_path):
@@ -323,8 +322,7 @@ def test_a_program_on_a_line_that_the_motor_does_not_understand(tmp_path):
 def test_a_program_is_checked_for_its_own_family(tmp_path, model, name, models):
     (tmp_path / name).write_text("END\n")
     code, _, told = run("check", model, tmp_path / name)
-    assert code == 2
-    assert f"{name} is a program for {models}, not for {model}" in told
+    assert code == 2 and f"{name} is a program for {models}, not for {model}" in told
 
 
 # Histories, traces, plots

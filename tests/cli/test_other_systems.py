@@ -88,8 +88,7 @@ def test_a_serial_device_until_terminated(cable):
         os.write(host, b"(")
         assert read(host, 2) == b"U\r"
         os.write(host, b"U61\rX100$\rN\r")
-        assert read(host, 2) == b"0\r"
-        assert ended(program)[0] == 0
+        assert read(host, 2) == b"0\r" and ended(program)[0] == 0
 
 
 def test_a_pty_is_refused_in_one_line(monkeypatch):
@@ -125,8 +124,7 @@ def answer(device):
 def test_a_terminal(elsewhere):
     with running("term", "if1", "--speed", "max", stdin=subprocess.PIPE) as program:
         out, message = program.communicate("X1000$\n:axes\n", timeout=PATIENCE_S)
-    assert (program.returncode, message) == (0, "")
-    assert "1000" in out
+    assert (program.returncode, message) == (0, "") and "1000" in out
 
 
 def test_a_twin_in_a_python_program():
@@ -148,8 +146,7 @@ except axistwin.AxistwinError as error:
         out, message = process.communicate(timeout=PATIENCE_S)
     assert message == ""
     first, second = out.splitlines()
-    assert first == "b'U\\r'"
-    assert second.startswith("a pty needs Linux")
+    assert first == "b'U\\r'" and second.startswith("a pty needs Linux")
 
 
 def test_a_com_port_is_a_port():

@@ -94,8 +94,7 @@ def test_an_installation_that_cannot_be_loaded_is_a_warning(slow, monkeypatch, c
     monkeypatch.setattr(slow(cached=True), "prepare", fail)
     with module.preparing(BENCH, None) as ended:
         assert ended.wait(PATIENCE_S)
-    assert caplog.messages == ["a note", "numba cannot be loaded"]
-    assert gc.isenabled()
+    assert caplog.messages == ["a note", "numba cannot be loaded"] and gc.isenabled()
 
 
 def test_a_bench_that_ends_at_once_prepares_nothing(slow, monkeypatch):
@@ -123,5 +122,4 @@ def test_motors_change_over_only_when_the_kernel_is_loaded(monkeypatch):
 
 def test_a_model_without_preparations_is_prepared():
     with module.preparing(Bench(), None) as ended:
-        assert module.product("if1").prepared(None, 100)
-        assert ended.wait(PATIENCE_S)
+        assert module.product("if1").prepared(None, 100) and ended.wait(PATIENCE_S)

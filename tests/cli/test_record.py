@@ -168,8 +168,7 @@ def test_hardware_that_goes_away_ends_it_and_the_recording_is_there(tmp_path):
             served.until(lambda: served.server.client("if1"))
             served.do(served.server.close)
             _, words = program.communicate(timeout=PATIENCE_S)
-    assert program.returncode == 2
-    assert f"lost socket://{url.address}" in words
+    assert program.returncode == 2 and f"lost socket://{url.address}" in words
     assert load(tmp_path / "a.talk").headers["line"] == "9600 8N2"
 
 
@@ -228,6 +227,5 @@ def test_hardware_that_does_not_answer_holds_up_neither_the_host_nor_the_recordi
             host.parity = parity
         answers.set()
         host.write(b"(")
-        assert host.read(2) == b"U\r"
-        assert ended(program)[0] == 0
+        assert host.read(2) == b"U\r" and ended(program)[0] == 0
     assert [act.target for act in load(path).acts if isinstance(act, Do)] == ["rts", "rts"]

@@ -63,15 +63,13 @@ def test_json(axistwin):
 def test_a_conversation_that_holds(axistwin):
     Path("a.talk").write_text(TALK.format(100))
     code, out, err = axistwin("if1", "a.talk")
-    assert (code, err) == (0, "")
-    assert "X 0 → 100" in out
+    assert (code, err) == (0, "") and "X 0 → 100" in out
 
 
 def test_a_conversation_that_differs(axistwin):
     Path("a.talk").write_text(TALK.format(99))
     code, out, err = axistwin("if1", "a.talk")
-    assert code == 1
-    assert "X 0 → 100" in out
+    assert code == 1 and "X 0 → 100" in out
     assert err.startswith("axistwin: a.talk:8: at 4.003229167 s X.position is different\n  expected  99\n")
     assert json.loads(axistwin("if1", "a.talk", "--json")[1])["difference"]["line"] == 8
 
@@ -143,8 +141,7 @@ def test_a_report_has_extreme_positions_and_opened_limits(axistwin):
     page = Path("a.html").read_text(encoding="utf-8")
     least, greatest = re.search(r"X: least position (\d+), greatest (\d+) pulses", page).groups()
     assert int(least) == 0 and 1001 <= int(greatest) <= 1100
-    assert len(re.findall(r"if1\.limit_plus opened: low", page)) == 1
-    assert code == 0
+    assert len(re.findall(r"if1\.limit_plus opened: low", page)) == 1 and code == 0
 
 
 def test_the_report_of_a_run_that_fails_says_why(axistwin):
@@ -161,8 +158,7 @@ def test_a_trace_ends_at_its_limit_and_the_run_continues(axistwin):
     assert (code, "X 0 → 1000" in out) == (0, True)
     assert "the trace a.csv ends at" in err and "because the trace file has reached the size limit of 0.005 MB" in err
     code, _, err = axistwin("if1", "a.if1", "--trace", "a.csv", "--trace-limit", "none")
-    assert (code, err) == (0, "")
-    assert Path("a.csv").stat().st_size > 5_000
+    assert (code, err) == (0, "") and Path("a.csv").stat().st_size > 5_000
 
 
 @pytest.mark.parametrize(("arguments", "words"), [
@@ -182,15 +178,13 @@ def test_a_trace_ends_at_its_limit_and_the_run_continues(axistwin):
 def test_wrong_usage(axistwin, arguments, words):
     Path("a.if1").write_text("X1$\n")
     code, out, err = axistwin(*arguments)
-    assert (code, out) == (2, "")
-    assert words in err
+    assert (code, out) == (2, "") and words in err
 
 
 def test_a_program_with_mistakes(axistwin):
     Path("a.talk").write_text("+1\n? what\n")
     code, _, err = axistwin("if1", "a.talk")
-    assert code == 1
-    assert err.startswith("axistwin: a.talk:2:1: unknown kind of line")
+    assert code == 1 and err.startswith("axistwin: a.talk:2:1: unknown kind of line")
 
 
 def test_a_scene(axistwin):
@@ -199,8 +193,7 @@ def test_a_scene(axistwin):
     )
     Path("a.talk").write_text("+1.5\nleft: > (\nleft: < U\\r\n")
     code, out, _ = axistwin("a.toml", "a.talk")
-    assert code == 0
-    assert r"1.502083  left: < U\r" in out
+    assert code == 0 and r"1.502083  left: < U\r" in out
 
 
 REFUSED = [
@@ -245,8 +238,7 @@ def test_a_run_that_ends_too_early(axistwin):
     note = axistwin("if1", "a.if1", "--for", "2")[2]
     longer = re.search(r"run longer with --for SECONDS, e\.g\. (--for \S+)", note)[1]
     code, out, err = axistwin("if1", "a.if1", *longer.split())
-    assert (code, err) == (0, "")
-    assert r"> X100$\r" in out
+    assert (code, err) == (0, "") and r"> X100$\r" in out
 
 
 def test_the_check_that_a_run_names_finds_the_refused_line(axistwin, capsys):
@@ -294,8 +286,7 @@ def test_an_interrupted_run_shows_what_was_done(axistwin, monkeypatch):
     monkeypatch.setattr("axistwin.bench.programs.running._finish_run", lambda bench, *_: interrupt(bench, 0))
     code, out, err = axistwin("if1", "a.if1", "--plot", "a.svg")
     assert (code, err) == (130, "axistwin: interrupted at 5.71812 s\n")
-    assert "X        0  1000" in out
-    assert Path("a.svg").stat().st_size > 0
+    assert "X        0  1000" in out and Path("a.svg").stat().st_size > 0
 
 
 def test_progress_is_in_virtual_time(tmp_path):

@@ -32,8 +32,7 @@ def test_an_unknown_command(word, message):
     ("serve", "no.toml"), ("plot", "no.csv"), ("diff", "no.csv", "no.vcd"), ("replay", "no.talk")])  # fmt: skip
 def test_a_missing_file_is_wrong_usage_everywhere(words):
     code, message = refused(*words)
-    assert code == 2
-    assert message.endswith("cannot be read: No such file or directory\n")
+    assert code == 2 and message.endswith("cannot be read: No such file or directory\n")
 
 
 def test_errors_for_machines(tmp_path):
@@ -96,8 +95,7 @@ def test_the_title_of_a_table_and_the_place_of_an_error_are_shown_on_a_terminal(
     assert "Digiplan" not in on_a_terminal(60, "commands", "if1")[1].partition("acceleration rate data")[0]
     (tmp_path / "a.if1").write_text("X1000$\n\tx$\n")
     code, shown = on_a_terminal(120, "check", "if1", f"{tmp_path}/a.if1")
-    assert code == 1
-    assert "     x$\n     ^" in shown.partition("commands are upper case")[2]
+    assert code == 1 and "     x$\n     ^" in shown.partition("commands are upper case")[2]
 
 
 @pytest.mark.parametrize("words", [["commands", "1811"], ["faults"], ["examples"]])

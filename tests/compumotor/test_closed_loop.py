@@ -100,8 +100,7 @@ def test_resume_goes_to_the_last_commanded_position_as_that_move_did(bench, boar
     bench.run(1)
     send(bench, board, 0x78)
     stopped = motor.position
-    assert 2_000 <= stopped <= 2_010
-    assert number(bench, board, 0x99) == 0
+    assert 2_000 <= stopped <= 2_010 and number(bench, board, 0x99) == 0
     start(bench, board, 0x37)
     began = bench.now
     until_idle(bench, board)

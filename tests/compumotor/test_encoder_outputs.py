@@ -48,8 +48,7 @@ def test_an_encoder_that_is_pushed_or_slips_takes_its_mark_along(bench):
     encoder.displace(5)
     assert not pin.level
     encoder.slip(3995)
-    assert pin.level
-    assert seen == [False, True]
+    assert pin.level and seen == [False, True]
 
 
 @pytest.mark.parametrize("counts_per_rev", [4000, -4000])
@@ -173,8 +172,7 @@ def test_direction_out_is_the_quadrature_detectors_direction(bench, inverted):
         levels.append(pin.level is not inverted)
     assert levels == [True, True, False, True]
     board.power(False)
-    assert not pin.level
-    assert not board.pins["encoder_step"].level
+    assert not pin.level and not board.pins["encoder_step"].level
 
 
 def test_without_an_encoder_there_are_no_pulses(bench):

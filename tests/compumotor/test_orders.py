@@ -39,8 +39,7 @@ def test_the_orders_do_to_a_sequence_what_they_say(bench, board):
     assert say("perform", 0.25) == ["01 05"] and say("suspend", 0.5) == []
     assert say("continue", 0.05) == ["01 05"]  # it was suspended in the 29h, and continues after it
     assert say("discontinue", 1) == [] and say("perform", 0.25) == ["01 05"]
-    assert say("kill", 1) == []
-    assert not board.registers["sequence"].read()
+    assert say("kill", 1) == [] and not board.registers["sequence"].read()
 
 
 def test_who_listens_is_told_each_command_and_each_message(bench):
@@ -68,8 +67,7 @@ def test_a_second_command_ready_while_the_idb_is_not_ready_is_no_command(bench, 
     for _ in range(3):
         board.bus.write(1, 0x10)
     until_idle(bench, board)
-    assert told == [bytes([0x33, *i32(100)])]
-    assert board.axes["motor"].position == 100
+    assert told == [bytes([0x33, *i32(100)])] and board.axes["motor"].position == 100
 
 
 def test_a_board_is_called_by_the_name_in_the_manual():

@@ -71,8 +71,7 @@ def test_a_pulse_of_the_test_function_lasts_one_to_two_microseconds(bench, board
     for time_ns in (199_999, 200_000, 201_499, 201_500, 399_999, 400_000, 401_499, 401_500):
         bench.run((began + time_ns - bench.now) / 1e9)
         seen.append(board.pins["step"].level)
-    assert seen == [False, True, True, False] * 2
-    assert levels(board) == (False, True, True)
+    assert seen == [False, True, True, False] * 2 and levels(board) == (False, True, True)
     bench.run(0.000_198_5)
     assert levels(board) == (True, True, False)  # the function begins counter-clockwise
 
@@ -202,5 +201,4 @@ def test_a_message_that_waits_and_an_empty_idb_are_both_in_the_status_byte(bench
     send(bench, board, 0x8C, seconds=0.05)
     assert board.bus.read(1) & 0x98 == 0x18
     board.bus.write(1, 0x40)
-    assert board.bus.read(1) & 0x98 == 0x98
-    assert edges == [False, True]
+    assert board.bus.read(1) & 0x98 == 0x98 and edges == [False, True]

@@ -60,8 +60,7 @@ def test_what_is_left_over_at_the_end_is_a_difference(bench, if1):
 
 
 def test_the_last_line_of_the_host_is_sent(bench, if1):
-    assert said(bench, "> X100@100$\\r\n> E\\r\n") == ""
-    assert not if1.serial.sending
+    assert said(bench, "> X100@100$\\r\n> E\\r\n") == "" and not if1.serial.sending
     bench.run(1.5)
     assert if1.axes["X"].position == 100
 
@@ -129,8 +128,7 @@ def test_what_the_bench_does_not_have_is_told_before_anything_is_done(bench, if1
     began_ns = bench.now
     with pytest.raises(ProgramError, match=words) as caught:
         said(bench, f"> X100$\\r\n+5\n{line}\n")
-    assert str(caught.value).startswith("a.talk:3: ")
-    assert bench.now == began_ns
+    assert str(caught.value).startswith("a.talk:3: ") and bench.now == began_ns
     assert not if1.axes["X"].moving
 
 

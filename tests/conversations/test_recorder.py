@@ -108,8 +108,7 @@ def test_a_long_silence_before_an_answer_is_told():
             if1.serial.write(text.encode())
             bench.run(seconds)
     text = write(recorder.conversation().acts)
-    assert "\n+28\n< %\\r\n" in text
-    assert replayed(recorder.conversation()) is None
+    assert "\n+28\n< %\\r\n" in text and replayed(recorder.conversation()) is None
 
 
 def test_with_two_controllers_each_line_says_which():

@@ -66,8 +66,7 @@ def test_a_program_without_errors(check):
 def test_json_output(check):
     result = check("moves.if1", TYPED, "--json")
     found = json.loads(result.stdout)
-    assert (result.return_value, result.stderr) == (1, "")
-    assert found["errors"] == 2
+    assert (result.return_value, result.stderr) == (1, "") and found["errors"] == 2
     assert found["diagnostics"][0] == {
         "file": "moves.if1", "line": 4, "column": 3, "severity": "error",
         "message": "unknown character 'x': commands are upper case", "chapter": "Full command list",

@@ -67,8 +67,7 @@ def test_fixes(fix, name, text):
     ("a.sms", "a= S\n"), ("a.sms", "VT=5 ADT=5\n")])  # fmt: skip
 def test_fixes_that_need_a_decision_are_not_applied(fix, name, text):
     result, mended = fix(name, text)
-    assert mended == text
-    assert "fixed" not in result.stdout
+    assert mended == text and "fixed" not in result.stdout
 
 
 def test_the_output_lists_applied_fixes_and_remaining_errors(fix):
@@ -196,8 +195,7 @@ def test_fixing_adds_no_errors_and_is_idempotent(suffix, model, pieces):
     before = diagnose_text(text, suffix, made)
     mended, done, left = check_fix.fix_text(text, lambda each: diagnose_text(each, suffix, made))
     errors = [sum(each.severity == "error" for each in found) for found in (before, left)]
-    assert errors[1] <= errors[0]
-    assert (mended != text) == bool(done)
+    assert errors[1] <= errors[0] and (mended != text) == bool(done)
     assert check_fix.fix_text(mended, lambda each: diagnose_text(each, suffix, made))[:2] == (mended, [])
 
 

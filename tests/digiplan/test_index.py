@@ -71,8 +71,7 @@ def test_the_distance_at_speed_is_the_index_less_both_ramps(bench, if1):
     command(bench, if1, "X300@1000$", seconds=1)
     times = since_start(if1.axes["X"])
     at_speed = [after for before, after in itertools.pairwise(times) if after - before == 1 * MS]
-    assert len(at_speed) == 300 - 39 - 39
-    assert times[-1] == 60 * MS + 222 * MS + 60 * MS
+    assert len(at_speed) == 300 - 39 - 39 and times[-1] == 60 * MS + 222 * MS + 60 * MS
 
 
 @pytest.mark.parametrize(

@@ -30,8 +30,7 @@ def begun(bench: Bench, controller: Controller) -> list[tuple[int, int]]:
     first: list[int] = []
 
     def watch(program: str, index: int) -> None:
-        assert program == "sequence"
-        assert running(controller) == index + 1
+        assert program == "sequence" and running(controller) == index + 1
         first.append(bench.now)
         found.append((bench.now - first[0], index + 1))
 

@@ -70,8 +70,7 @@ def test_a_text_that_is_too_long_is_not_checked(client):
     uri = "file:///bench/long.sms"
     (told,) = client.open(uri, "A100\n" * 30_000)
     assert told["message"] == "more than 131,072 characters: not checked during typing, use axistwin check"
-    assert told["severity"] == 3
-    assert client.at("hover", uri, 0, 0) is None
+    assert told["severity"] == 3 and client.at("hover", uri, 0, 0) is None
     client.tell(
         "textDocument/didChange", {"textDocument": {"uri": uri, "version": 2}, "contentChanges": [{"text": ""}]}
     )
@@ -220,8 +219,7 @@ def test_other_commands_do_not_import_the_server():
         [sys.executable, "-c", code], capture_output=True, text=True, check=True,
         env={"PYTHONPATH": str(ROOT / "src"), "PATH": ""},
     ).stdout  # fmt: skip
-    assert told == "[]\n"
-    assert lsp.lsp.name == "lsp"
+    assert told == "[]\n" and lsp.lsp.name == "lsp"
 
 
 def test_a_document_that_is_not_open_is_empty(client):

@@ -51,8 +51,7 @@ def test_a_probability_with_the_same_seed_affects_the_same_characters(bench):
         return answer
 
     first, second, third = heard(1), heard(1), heard(2)
-    assert first == second != third
-    assert says(bench, b"N\r") == b"0\r"
+    assert first == second != third and says(bench, b"N\r") == b"0\r"
 
 
 def test_a_random_fault_needs_a_seed(bench):
@@ -102,11 +101,9 @@ def test_a_cut_cable_switches_the_control_lines_off(bench):
     port = bench["if1"].serial
     assert port.dtr
     fault = bench.faults.add("cut", "if1")
-    assert says(bench, b"N\r") == b""
-    assert not port.dtr
+    assert says(bench, b"N\r") == b"" and not port.dtr
     fault.mend()
-    assert port.dtr
-    assert says(bench, b"\rN\r").endswith(b"0\r")
+    assert port.dtr and says(bench, b"\rN\r").endswith(b"0\r")
 
 
 def test_one_direction_can_be_cut_alone(bench):

@@ -56,8 +56,7 @@ def test_a_stuck_terminal_with_a_voltage(motor):
     assert (pin.volts, pin.level) == (0.0, False)
     assert says(motor, b"UAI a=UAI Ra ") == b"0\r"
     fault.mend()
-    assert pin.volts == 3.1
-    assert says(motor, b"a=UAI Ra ") == b"1\r"
+    assert pin.volts == 3.1 and says(motor, b"a=UAI Ra ") == b"1\r"
 
 
 def test_a_stuck_output_of_the_pulse_generator():
@@ -167,8 +166,7 @@ def test_an_encoder_fault_remains_after_a_power_cycle(motor):
     motor.power_cycle()
     motor.serial.write(b"UCI UDI ZS MT T=100 ")
     motor.bench.run(0.5)
-    assert axis.position > 1000
-    assert says(motor, b"RP ") == b"0\r"
+    assert axis.position > 1000 and says(motor, b"RP ") == b"0\r"
 
 
 def test_an_ideal_motor_has_no_encoder_faults():
@@ -275,8 +273,7 @@ def test_a_high_ambient_temperature_stops_a_motor(motor):
     says(motor, b"P=1000 G ", 1.0)
     assert motor.ambient == 120
     motor.bench.run(1000)
-    assert fault.on
-    assert says(motor, b"RBh ") == b"1\r"
+    assert fault.on and says(motor, b"RBh ") == b"1\r"
 
 
 # Drives and supplies

@@ -75,8 +75,7 @@ def test_a_command_of_a_sequence(board):
     falls = []
     board["board"].pins["output1"].subscribe(lambda pin: falls.append((board.now, pin.level)))
     assert play(parse("; model: 1811\n> perform_sequence 3\n+0.1\n"), board) is None
-    assert falls == [(second[0], False), (second[0] + 1_000_000, True)]
-    assert other == []
+    assert falls == [(second[0], False), (second[0] + 1_000_000, True)] and other == []
 
 
 def test_a_fault_begins_at_a_line_and_ends_after_its_duration(motor):
@@ -96,8 +95,7 @@ def test_power_is_cut_at_a_line_of_each_family(table, motor, board):
         (board, "board", "4:1", "; model: 1811\n> perform_sequence 4\n+0.1\n"),
     ):
         fault = bench.faults.add("power_cut", name, when=f"{name} runs {line}")
-        assert play(parse(start), bench) is None
-        assert fault.on
+        assert play(parse(start), bench) is None and fault.on
         assert [found.running for found in bench[name].programs.values()] in ([None], [])
 
 
@@ -106,8 +104,7 @@ def test_a_trigger_accepts_a_program_that_is_stored_later(table):
     called_off = table.faults.add("jam", "table.X", when="table runs 2")
     called_off.mend()
     assert play(parse("> :S1:R1:$\\r\n+0.1\n> :$\\r\n+0.1\n"), table) is None
-    assert len(found) == 2
-    assert called_off.began_ns is None
+    assert len(found) == 2 and called_off.began_ns is None
 
 
 @pytest.mark.parametrize(("fixture", "sentence", "message"), [

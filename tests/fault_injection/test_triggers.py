@@ -31,8 +31,7 @@ def test_a_fault_begins_at_the_exact_time(bench, when, nth, at_position):
     found = []
     bench.faults.subscribe(lambda fault, what: found.append((what, axis.position)))
     where = f"; {when}\n> X400$\\r\n+3\n! input2 high\n> N\\r\n< 400\\r\n> X-$\\r\n+3\n! input2 low\n+1"
-    assert play(parse(where), bench) is None
-    assert fault.on
+    assert play(parse(where), bench) is None and fault.on
     assert found[0][0] == "begins" and found[0][1] == at_position
 
 
@@ -48,8 +47,7 @@ def test_a_servo_passes_a_position_in_the_exact_sample():
     seen = []
     bench.faults.subscribe(lambda fault, what: seen.append(motor.axes["shaft"].position))
     bench.run(2.0)
-    assert fault.on
-    assert max(at for _, at in positions if at < 777) < 777 <= seen[0]
+    assert fault.on and max(at for _, at in positions if at < 777) < 777 <= seen[0]
     assert seen[0] == min(at for _, at in positions if at >= 777), "the first sample beyond it"
 
 
@@ -60,16 +58,14 @@ def test_at_a_time_and_for_a_time(bench):
     began = bench.now
     assert bench.clock.quiet, "nobody waits for a fault to come"
     bench.run(2)
-    assert levels == [(250_000_000, True), (750_000_000, False)]
-    assert not fault.on
+    assert levels == [(250_000_000, True), (750_000_000, False)] and not fault.on
 
 
 def test_a_time_and_an_event(bench):
     fault = bench.faults.add("jam", "if1.X", when="if1.input2 rises", at=bench.seconds + 1)
     assert play(parse("! input2 high\n+0.1\n! input2 low\n+1\n"), bench) is None
     assert not fault.on, "it did not count yet"
-    assert play(parse("! input2 high\n+0.1\n"), bench) is None
-    assert fault.on
+    assert play(parse("! input2 high\n+0.1\n"), bench) is None and fault.on
 
 
 def test_a_fault_may_wait_for_another(bench):
@@ -84,8 +80,7 @@ def test_a_fault_may_wait_for_another(bench):
 def test_a_flag_of_the_device(bench):
     fault = bench.faults.add("jam", "if1.X", when="if1 raises limit")
     play(parse("> X-1000$\\r\n+5\n"), bench)
-    assert fault.on
-    assert bench["if1"].pins["limit_minus"].level is False
+    assert fault.on and bench["if1"].pins["limit_minus"].level is False
 
 
 def test_flags_of_a_board():
@@ -94,8 +89,7 @@ def test_flags_of_a_board():
     fault = bench.faults.add("jam", "1811", when="1811 raises plus_limit")
     heard = bench.faults.add("push", "1811.motor", counts=1, when="1811 hears 33 00")
     talk = "; model: 1811\n+1.1\n> default_velocity_and_acceleration 00 25000 250000\n> go_relative 25000\n+2"
-    assert play(parse(talk), bench) is None
-    assert fault.on
+    assert play(parse(talk), bench) is None and fault.on
     assert heard.began_ns is not None
 
 

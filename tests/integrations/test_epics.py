@@ -305,5 +305,4 @@ def test_a_port_needs_a_model_that_answers(tmp_path, capsys):
     ):
         with pytest.raises(SystemExit) as ended:
             main(["ioc", *words, "--prefix", "LAB:"])
-        assert ended.value.code == 2
-        assert message in capsys.readouterr().err
+        assert ended.value.code == 2 and message in capsys.readouterr().err

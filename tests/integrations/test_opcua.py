@@ -211,5 +211,4 @@ def test_errors_of_the_command_line(tmp_path, capsys):
     ):
         with pytest.raises(SystemExit) as ended:
             main(["opcua", *words])
-        assert ended.value.code == 2
-        assert message in capsys.readouterr().err
+        assert ended.value.code == 2 and message in capsys.readouterr().err

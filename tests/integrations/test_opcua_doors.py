@@ -125,8 +125,7 @@ def test_certificates_and_sessions_cannot_be_borrowed(folder):
         (REJECTED, REJECTED),
         ("BadInternalError", "BadUserAccessDenied"),
     ]
-    assert still == "Good"
-    assert not moved
+    assert still == "Good" and not moved
 
 
 def on_subscription(number, item):
@@ -175,8 +174,7 @@ def test_the_subscriptions_of_another_session_do_not_exist():
 
     found, moved = served(visit, users=USERS)
     invalid = "BadSubscriptionIdInvalid"
-    assert found == ("BadNoSubscription", [invalid] * 9, invalid, True, 1, "Good")
-    assert moved
+    assert found == ("BadNoSubscription", [invalid] * 9, invalid, True, 1, "Good") and moved
 
 
 def test_a_session_may_do_all_this_with_its_own_subscription():

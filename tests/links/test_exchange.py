@@ -184,8 +184,7 @@ def test_a_client_hears_the_bench_that_has_come_and_no_more_the_one_that_was(pla
     old.uart.send(b"old")
     place.say(b"new")
     place.plug.send(b"(")
-    assert place.client.heard == b"new"
-    assert old.port.read() == b"old"
+    assert place.client.heard == b"new" and old.port.read() == b"old"
 
 
 def test_the_port_that_has_come_is_left_as_it_is(place):
@@ -243,8 +242,7 @@ def test_a_break_that_was_begun_later_goes_on_and_ends(place):
     assert place.port.held is True
     acts = place.told()
     place.plug.change(lambda: place.plug.set_break(False))
-    assert [type(act) for act in acts] == [SendBreak, Hold]
-    assert place.port.held is False
+    assert [type(act) for act in acts] == [SendBreak, Hold] and place.port.held is False
 
 
 # Lines with subscribers
@@ -346,8 +344,7 @@ def test_characters_sent_while_nobody_was_heard_arrive_then(served):
         served.do(lambda: None)  # the loop has made a turn
         assert heard == []
         served.do(served.input.unmute)
-        assert receive(host, 2) == b"C\r"
-        assert b"".join(heard) == b"E\r"
+        assert receive(host, 2) == b"C\r" and b"".join(heard) == b"E\r"
 
 
 def test_who_is_connected_is_told_by_name_until_he_goes(served):

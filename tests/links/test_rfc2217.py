@@ -198,8 +198,7 @@ def test_a_break_lasts_as_long_as_the_client_holds_it():
             host.control(6)
             served.until(lambda: seen)
     [(byte, errors)] = seen
-    assert byte == 0
-    assert errors.name == "FRAMING|BREAK"
+    assert byte == 0 and errors.name == "FRAMING|BREAK"
 
 
 def test_a_client_that_goes_leaves_the_lines_on_and_the_format_usual(served, ready):

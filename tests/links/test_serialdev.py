@@ -39,8 +39,7 @@ def test_a_host_at_the_other_end_of_the_cable_is_answered(served, cable):
     os.write(host, b"(")
     assert read(host, 2) == b"U\r"
     os.write(host, b"U61\rX100$\rN\r")
-    assert read(host, 2) == b"0\r"
-    assert if1.serial.to_device.receiver.format.baudrate == 4800
+    assert read(host, 2) == b"0\r" and if1.serial.to_device.receiver.format.baudrate == 4800
     served.until(lambda: if1.axes["X"].position == 100)
 
 

@@ -36,8 +36,7 @@ def test_a_web_page_moves_nothing(served, caplog, scheme, line):
         browser.sendall(line + HEADERS + b"\rX+400$\r")
         closed(browser)
     with dial(url) as host:
-        assert ask(host, b"E\r", b"C\r") == b"C\r"
-        assert if1.axes["X"].position == 0
+        assert ask(host, b"E\r", b"C\r") == b"C\r" and if1.axes["X"].position == 0
     (told,) = [record.getMessage() for record in caplog.records if "HTTP" in record.getMessage()]
     assert re.fullmatch(r"if1: closed 127\.0\.0\.1:\d+, which sent an HTTP request, as a web page does", told)
 

@@ -53,8 +53,7 @@ def test_a_fault_of_every_kind_has_a_form_with_usual_values_and_is_put_in_and_me
         return
     assert visit.found(f"fault-{kind.name}-state").text.startswith("on since 0.000 s")
     visit.press(f"mend-{kind.name}")
-    assert not fault.on
-    assert visit.found(f"fault-{kind.name}-state").text == "over"
+    assert not fault.on and visit.found(f"fault-{kind.name}-state").text == "over"
 
 
 @shown(faults, "if1")

@@ -38,8 +38,7 @@ def test_taking_over_is_told_to_everybody_once():
     those.take_over(second)
     end()
     those.take_over(those["a"])
-    assert told == ["visitor 2 drives now"]
-    assert those.driver is those["a"]
+    assert told == ["visitor 2 drives now"] and those.driver is those["a"]
 
 
 def test_a_driver_who_has_gone_for_long_is_replaced_by_who_comes(now):

@@ -23,8 +23,7 @@ def test_an_input_is_driven_high_and_low_and_released(visit, model, name):
     assert visit.lit(f"{mark}-level") and visit.pressed(*keys(mark)) == [f"{mark}-high"]
     assert visit.found(f"{mark}-why").text == "driven"
     visit.press(f"{mark}-low")
-    assert (pin.level, pin.driven) == (False, True)
-    assert not visit.lit(f"{mark}-level")
+    assert (pin.level, pin.driven) == (False, True) and not visit.lit(f"{mark}-level")
     visit.press(f"{mark}-release")
     assert (pin.level, pin.driven) == (released, False)
     assert visit.found(f"{mark}-why").text == ""

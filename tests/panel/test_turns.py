@@ -61,8 +61,7 @@ def test_the_loop_has_its_turn_whenever_the_time_is_over(clock):
             breathe()
         return "done"
 
-    assert run(compute) == ("done", 3)
-    assert order == list(range(9))
+    assert run(compute) == ("done", 3) and order == list(range(9))
 
 
 def test_outside_it_does_nothing():
@@ -106,8 +105,7 @@ def test_given_up_it_ends_where_it_is(clock):
             await task
 
     asyncio.run(give_up())
-    assert ended == [True]
-    assert loops
+    assert ended == [True] and loops
 
 
 MOST_ELEMENTS = 15

@@ -174,8 +174,7 @@ def test_wrong_options_are_rejected(tmp_path, directory, capsys):
         ((tmp_path / "no.csv",), "cannot be read: No such file or directory"),
     ):
         code, _, err = run(capsys, "plot", *arguments)
-        assert code == 2
-        assert message in err
+        assert code == 2 and message in err
 
 
 def test_without_a_screen(directory, capsys):
@@ -201,8 +200,7 @@ def test_the_first_difference(directory, capsys):
     assert first.startswith("first difference at 4.100000000 s: motor.host_says is UCI")
     assert rows[0].startswith("4.100000000  motor.host_says")
     times = [float(row.split()[0]) for row in rows]
-    assert times == sorted(times)
-    assert not any("if1" in row for row in rows)
+    assert times == sorted(times) and not any("if1" in row for row in rows)
 
 
 def test_differences_as_json(directory, capsys):
@@ -210,8 +208,7 @@ def test_differences_as_json(directory, capsys):
 
     code, out, _ = run(capsys, "diff", directory / "a.csv", directory / "b.csv", "--json", "--signals", "motor.shaft.*")
     told = json.loads(out)
-    assert code == 1
-    assert not told["equal"]
+    assert code == 1 and not told["equal"]
     assert {d["signal"] for d in told["differences"]} == {"motor.shaft.position", "motor.shaft.commanded"}
     first = told["differences"][0]
     assert first["first"] != first["second"]
@@ -230,8 +227,7 @@ def test_a_signal_of_only_one_trace(tmp_path, directory, capsys):
     with tracing(bench, tmp_path / "a.csv", ("if1.output1",)):
         bench.run(6.1)
     code, out, _ = run(capsys, "diff", directory / "a.csv", tmp_path / "a.csv", "--signals", "if1.output*")
-    assert code == 1
-    assert "if1.output2  0  |  missing" in out
+    assert code == 1 and "if1.output2  0  |  missing" in out
 
 
 def tracks(*changes: tuple[int, int]) -> Track:

@@ -226,8 +226,7 @@ def test_a_message_that_another_host_has_not_ended_does_not_start():
     end.ask(b"(")
     end.ask(b"U61\r", wait_s=1.5)
     end.ask(b"X+1000$")
-    assert not differences(probe("if1", end))
-    assert made.axes["X"].position == 0
+    assert not differences(probe("if1", end)) and made.axes["X"].position == 0
 
 
 def test_a_stored_program_forbids_settings():

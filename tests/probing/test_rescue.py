@@ -91,8 +91,7 @@ def test_a_motor_and_its_twins(tmp_path):
     made, end = motor(b"UCI UDI ZS a=7 zzz=-4 ab[4]=9 KP=99 F SLP=500 E=2000 D=5 P=100 O=33 \r")
     action(made, "E", "low")()
     first = rescue(end, find(end), tmp_path / "first")
-    assert not first.differences
-    assert (tmp_path / "first/program.sms").read_text() == PROGRAM
+    assert not first.differences and (tmp_path / "first/program.sms").read_text() == PROGRAM
     assert table(first)["variables"] == {
         "KP": 99, "E": 2000, "SLP": 500, "a": 7, "bb": 9 << 24, "zzz": -4, "O": 33, "D": 5, "P": 100,
     }  # fmt: skip

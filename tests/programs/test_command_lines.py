@@ -47,8 +47,7 @@ def test_each_line_is_sent_when_the_previous_line_is_finished(tmp_path):
     record, outcome = run(tmp_path, "X1000$\nY500$\nN\n")
     assert heard(record) == [b"U\r", b"500\r"]
     axes = record.bench["if1"].axes
-    assert (axes["X"].position, axes["Y"].position) == (1000, 500)
-    assert outcome == Outcome()
+    assert (axes["X"].position, axes["Y"].position) == (1000, 500) and outcome == Outcome()
 
 
 def test_a_delay_is_waited_for(tmp_path):
@@ -75,15 +74,13 @@ def test_an_action_closes_a_switch(tmp_path):
 
 def test_an_endless_program_ends_at_the_given_time(tmp_path):
     record, outcome = run(tmp_path, ":X400:=0,1:$\n", until_s=60)
-    assert record.bench.seconds == 60
-    assert outcome == Outcome()
+    assert record.bench.seconds == 60 and outcome == Outcome()
     assert heard(record) == [b"U\r"]
 
 
 def test_an_endless_sequence_is_stopped_after_a_pause(tmp_path):
     record, outcome = run(tmp_path, ":X400:=0,1:$\n+10\n#\nE\n")
-    assert heard(record)[-1] == b"C\r"
-    assert outcome == Outcome()
+    assert heard(record)[-1] == b"C\r" and outcome == Outcome()
 
 
 def test_lines_longer_than_the_buffer_wait_for_dtr(tmp_path):

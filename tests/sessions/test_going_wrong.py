@@ -45,8 +45,7 @@ async def test_on_the_way_to_another_moment_it_is_only_told(caplog):
     caplog.clear()
     await session.go_to(3.5)
     assert session.seconds == 3.5 and session.halted_by == ""
-    assert WHY in caplog.text
-    assert pins(session) == [False, True]
+    assert WHY in caplog.text and pins(session) == [False, True]
 
 
 async def test_a_step_ends_there():

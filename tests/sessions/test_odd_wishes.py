@@ -114,5 +114,4 @@ async def test_where_memory_cannot_be_put_back_hosts_are_heard_as_before(tmp_pat
     (tmp_path / "state").write_text("no directory any more")
     with pytest.raises(AxistwinError, match=r"cannot remove .*if2\.json: not a directory"):
         await session.go_to(0)
-    assert not server.gate.closed
-    assert not session.busy
+    assert not server.gate.closed and not session.busy

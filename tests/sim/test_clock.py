@@ -85,8 +85,7 @@ def test_an_onlooker_looks_when_a_nanosecond_is_over_in_which_something_happened
     unsubscribe()
     clock.call_later(1, lambda: None)
     clock.run_to(20)
-    assert len(seen) == 4
-    assert "step" not in vars(clock)
+    assert len(seen) == 4 and "step" not in vars(clock)
 
 
 class Busy:
@@ -204,8 +203,7 @@ def test_a_procedure_is_interrupted_once_however_often_that_is_asked_for():
     assert log == [1]
     interrupt(process)
     clock.run_to(4)
-    assert log == [1, 3]
-    assert not clock.interrupted
+    assert log == [1, 3] and not clock.interrupted
 
 
 def test_a_procedure_that_is_over_is_not_interrupted():
@@ -287,8 +285,7 @@ def test_a_procedure_may_skip_its_timeouts_and_everything_happens_in_the_same_or
         return log, next(clock._eid)
 
     (log, events), (skipped, fewer) = happenings(False), happenings(True)
-    assert skipped == log
-    assert fewer < events
+    assert skipped == log and fewer < events
 
 
 def test_nothing_is_skipped_beyond_an_event_or_the_end_of_a_run():
@@ -301,8 +298,7 @@ def test_nothing_is_skipped_beyond_an_event_or_the_end_of_a_run():
     clock.process(procedure())
     clock.call_later(10, lambda: None)
     clock.run_to(20)
-    assert log == [9, False, True, 9, 1]
-    assert clock.now == 20
+    assert log == [9, False, True, 9, 1] and clock.now == 20
 
 
 def test_nothing_is_skipped_while_the_clock_is_observed_or_stepped():

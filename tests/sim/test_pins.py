@@ -52,8 +52,7 @@ def test_a_flashing_pin_shows_its_level_at_any_time_and_costs_no_events_unwatche
     for _ in range(5):
         levels.append(pin.level)
         clock.run_to(clock.now + 25)
-    assert levels == [True, True, False, False, True]
-    assert clock.next_event_ns() is None
+    assert levels == [True, True, False, False, True] and clock.next_event_ns() is None
 
 
 def test_a_watched_flashing_pin_tells_each_edge(clock):
@@ -175,8 +174,7 @@ def test_watchers_of_the_level_and_of_the_voltage(user_pin):
     end_volts = user_pin.volts_changes.subscribe(lambda pin: volts.append(pin.volts))
     for value in (4.0, 4.0, 1.5, 0.5, False, 1.5, True):
         user_pin.drive(value)
-    assert levels == [False, True]
-    assert volts == [4.0, 1.5, 0.5, 0.0, 1.5, 5.0]
+    assert levels == [False, True] and volts == [4.0, 1.5, 0.5, 0.0, 1.5, 5.0]
     end()
     end_volts()
     user_pin.drive(False)

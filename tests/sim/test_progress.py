@@ -10,8 +10,7 @@ def test_everybody_is_told_what_he_wants_to_know():
     progress.subscribe(lambda *line: one.append(line), ("a", 2))
     for line in ("a", 1), ("a", 2), ("b", 2), ("a", 2):
         progress.report(*line)
-    assert every == [("a", 1), ("a", 2), ("b", 2), ("a", 2)]
-    assert one == [("a", 2), ("a", 2)]
+    assert every == [("a", 1), ("a", 2), ("b", 2), ("a", 2)] and one == [("a", 2), ("a", 2)]
 
 
 def test_what_is_wanted_is_told_to_the_device():

@@ -143,8 +143,7 @@ def test_a_receiver_without_a_format_measures_the_first_low_time():
         return UartFormat(1200, 8, "N", 2)
 
     wire.second.on_measure = measure
-    assert wire.send(b"(") == [(ord("("), NONE)]
-    assert lows == [Fraction(4 * 10**9, 1200)]
+    assert wire.send(b"(") == [(ord("("), NONE)] and lows == [Fraction(4 * 10**9, 1200)]
 
 
 def test_an_instant_line_takes_no_time_but_waits_for_room():

@@ -77,8 +77,7 @@ def test_on_a_shared_pair_everybody_hears_everybody_else(clock):
     port = host(clock, shared_pair([device.uart for device in devices]))
     port.write(b"RP\r")
     clock.run_to(10 * MS)
-    assert [device.bytes for device in devices] == [b"RP\r"] * 3
-    assert port.read() == b""
+    assert [device.bytes for device in devices] == [b"RP\r"] * 3 and port.read() == b""
     devices[1].uart.send(b"17\r")
     clock.run_to(20 * MS)
     assert (devices[0].bytes, devices[1].bytes, devices[2].bytes) == (b"RP\r17\r", b"RP\r", b"RP\r17\r")

@@ -32,8 +32,7 @@ def test_brki_is_the_default_and_leaves_c_and_g_alone(bench, motor):
     send(bench, motor, "UCO UGO UC=1 UG=1")
     found = changes(bench, motor, "C"), changes(bench, motor, "G")
     send(bench, motor, MOVE, 0.1)
-    assert motor.pins["brake"].level is False
-    assert found == ([], [])
+    assert motor.pins["brake"].level is False and found == ([], [])
     assert motor.pins["C"].level is motor.pins["G"].level is True
 
 
@@ -51,8 +50,7 @@ def test_brki_brkc_and_brkg_are_mutually_exclusive(bench, motor):
     send(bench, motor, "BRKI")
     found = changes(bench, motor, "G")
     send(bench, motor, "G", 0.1)
-    assert motor.pins["brake"].level is False
-    assert found == []
+    assert motor.pins["brake"].level is False and found == []
 
 
 # The pins of the signal when they change their function (5.1, 1.2)

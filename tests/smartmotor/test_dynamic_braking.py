@@ -62,8 +62,7 @@ def test_mtb_stops_a_turning_shaft_much_sooner_than_coasting(name):
     """5.2, MTB: "a resistance torque [that] helps decelerate the motor"; 3.2: else "freewheel coast to a stop"."""
     braked, braked_ns = stopped_by(name, "MTB")
     coasted, coasted_ns = stopped_by(name, "BRKRLS OFF")
-    assert 0 < braked < coasted / 3
-    assert 0 < braked_ns < coasted_ns / 3
+    assert 0 < braked < coasted / 3 and 0 < braked_ns < coasted_ns / 3
 
 
 @pytest.mark.parametrize("name", MOTORS)
@@ -71,8 +70,7 @@ def test_braking_is_the_same_in_both_directions(name):
     """5.2: a resistance in both directions."""
     right, right_ns = stopped_by(name, "MTB", 400)
     left, left_ns = stopped_by(name, "MTB", -400)
-    assert abs(right + left) <= 1
-    assert abs(right_ns - left_ns) <= 2 * SAMPLE_NS
+    assert abs(right + left) <= 1 and abs(right_ns - left_ns) <= 2 * SAMPLE_NS
 
 
 @pytest.mark.parametrize("command", ["MTB", "BRKRLS OFF"])

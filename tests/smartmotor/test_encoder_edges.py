@@ -102,8 +102,7 @@ def test_subscribers_change_nothing_and_may_leave(bench):
 
     *observed, seen = run(True)
     *unobserved, _ = run(False)
-    assert observed == unobserved
-    assert seen == 500
+    assert observed == unobserved and seen == 500
 
 
 def test_a_test_lead_ends_the_edges_until_its_release(bench):
@@ -141,8 +140,7 @@ def test_a_fault_begins_at_an_edge(bench, when, count):
     bench.faults.subscribe(lambda fault, what: began.append(bench["motor"].master.count))
     bench["motor"].master.move(8, 0.008)
     bench.run(0.01)
-    assert fault.on
-    assert began == [count]
+    assert fault.on and began == [count]
 
 
 @pytest.mark.parametrize("moved_before", [True, False])

@@ -160,8 +160,7 @@ def test_the_example_of_servo_in_place_with_a_velocity(bench, motor):
     assert back == sorted(back, reverse=True)
     steps = {before - after for before, after in pairwise(back)}
     assert steps == {0, 1}  # V is less than a count per sample
-    assert back[-1] == 64
-    assert send(bench, motor, "RMODE RBt RBo", 0) == b"R\r0\r0\r"
+    assert back[-1] == 64 and send(bench, motor, "RMODE RBt RBo", 0) == b"R\r0\r0\r"
 
 
 def decelerating(start, velocity, a):

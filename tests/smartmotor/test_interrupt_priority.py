@@ -140,8 +140,7 @@ def test_twait_is_not_cut_short(bench, motor):
     assert values(bench, motor, "g") == [0]
     advance(bench, 400)
     called, after, busy = values(bench, motor, "gbh")
-    assert 0 < called < after
-    assert busy == 0
+    assert 0 < called < after and busy == 0
 
 
 def test_a_long_print_is_completed_before_c2_is_called(tmp_path):

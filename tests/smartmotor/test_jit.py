@@ -126,8 +126,7 @@ def test_compiled_functions_call_compiled_functions_and_are_kept(only_these):
     import numba
 
     assert jit.best(outer)(1) == 30 and outer(1) == 30
-    assert machine_code(only_these) == ["test_jit.outer"]
-    assert numba.config.CACHE_DIR == ""
+    assert machine_code(only_these) == ["test_jit.outer"] and numba.config.CACHE_DIR == ""
     assert "numba" not in outer.__module__ and outer.__globals__["inner"] is inner
 
 
@@ -139,8 +138,7 @@ def test_a_changed_callee_is_compiled_anew(only_these, monkeypatch):
     assert jit.best(outer)(5) == 100
     monkeypatch.setitem(globals(), "FACTOR", 3)
     forget_compiled()
-    assert jit.best(outer)(5) == 150
-    assert len(list((only_these / "axistwin").iterdir())) == 3
+    assert jit.best(outer)(5) == 150 and len(list((only_these / "axistwin").iterdir())) == 3
 
 
 @needs_numba
@@ -156,8 +154,7 @@ def test_machine_code_that_is_damaged_is_compiled_again(only_these, suffix):
     for file in only_these.rglob(f"*.{suffix}"):
         file.write_bytes(file.read_bytes()[:100])
     forget_compiled()
-    assert jit.best(outer)(1) == 30
-    assert machine_code(only_these) == ["test_jit.outer"]
+    assert jit.best(outer)(1) == 30 and machine_code(only_these) == ["test_jit.outer"]
 
 
 @needs_numba
@@ -174,8 +171,7 @@ def test_caches_that_nobody_uses_are_removed(only_these):
     old = only_these / "axistwin" / "smartmotor-0123456789abcdef"
     old.mkdir(parents=True)
     os.utime(old, (0, 0))
-    assert jit.best(outer)(1) == 30
-    assert not old.exists()
+    assert jit.best(outer)(1) == 30 and not old.exists()
 
 
 @needs_numba

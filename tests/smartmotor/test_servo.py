@@ -389,8 +389,7 @@ def test_inductance_is_no_way_round_the_limit_of_the_amplifier():
     for _ in range(30):
         rig.turn(1)
         currents.append(rig.f[machine.AMPS_NOW])
-    assert max(currents) == 2.0
-    assert rig.i[state.BA] == 1
+    assert max(currents) == 2.0 and rig.i[state.BA] == 1
 
 
 def highest(rig, counts):
@@ -408,8 +407,7 @@ def highest(rig, counts):
 def test_inductance_matters_where_damping_is_small(kd, millihenry, fine):
     """A step of 200 counts of a frame 23 is within 2 counts of an integration in steps of 1.2 µs."""
     most, end = highest(Rig(replace(FRAME23, kd=kd, winding_inductance_h=millihenry / 1000)), 200)
-    assert abs(most - fine) <= 2
-    assert end == 200
+    assert abs(most - fine) <= 2 and end == 200
 
 
 def test_a_motor_with_inductance_comes_to_rest():

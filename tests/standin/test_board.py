@@ -49,8 +49,7 @@ def test_a_pause_of_the_program_within_the_horizon_stops_no_motor(pause_s, stopp
         assert stop.positions["table.X"] == made
         assert 1380 <= made <= 1400  # those of the 0.7 s before, but perhaps the last block of 10 ms
     else:
-        assert not kinds(metal, Stopped)
-        assert made == 4000
+        assert not kinds(metal, Stopped) and made == 4000
         assert np.abs(metal.errors_us(2, times)).max() < 25
 
 

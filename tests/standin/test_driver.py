@@ -143,13 +143,11 @@ def test_axes_of_one_controller_on_two_boards_stop_together(event, reason):
     driver.begin(10.0)
     driver.handle(first, event)
     [(_, said, groups)] = second.stops()
-    assert reason in said
-    assert groups == ("table",)
+    assert reason in said and groups == ("table",)
     assert not driver.still
     driver.handle(second, Stopped(said, {"table.Y": 3}))
     driver.handle(third, Stopped(said, {"third.X": 0}))
-    assert driver.still is (type(event) is Stopped)
-    assert first.stops() == third.stops() == []
+    assert driver.still is (type(event) is Stopped) and first.stops() == third.stops() == []
     assert (bench["table"].axes["Y"].position, driver.positions["table.Y"]) == (3, 3)
     driver.go_on(11.0)
     bench.run(0.1)

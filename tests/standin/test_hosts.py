@@ -53,5 +53,4 @@ def test_a_host_with_pyserial_moves_the_motors(tmp_path):
         while len(made) < 2 or made[-1].get("X", 0) < 40:
             assert monotonic() < ends_s, made
             made = served.do(lambda: board.moves(PINS))
-    assert made == [{"X": -300, "Y": 300}, {"X": 40}]
-    assert board.lines == []
+    assert made == [{"X": -300, "Y": 300}, {"X": 40}] and board.lines == []

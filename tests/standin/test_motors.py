@@ -56,8 +56,7 @@ def test_a_blocked_shaft_has_no_pulses_until_it_is_released(servo):
     say, shaft, driven = servo
     say(b"A=400 V=60000 P=9000 G ", 0.5)
     driven.hold(700)
-    assert (shaft.position, driven.pulses) == (700, 700)
-    assert say(b"", 0.5) == []
+    assert (shaft.position, driven.pulses) == (700, 700) and say(b"", 0.5) == []
     driven.let_go()
     net = sum(way * len(times) for way, times in say(b"ZS P=0 G ", 2.0))
     assert (net, shaft.position, driven.pulses) == (-700, 0, 0)

@@ -129,8 +129,7 @@ def test_commands_arrive_once_and_in_order(expected, chance):
         assert now < 60
         answer = board.receive(damaged(channel.due(now), chance, rng))
         list(channel.receive(damaged(answer, chance, rng), now))
-    assert b"".join(board.taken) == b"".join(wanted)
-    assert (channel.again > 0) is (chance > 0)
+    assert b"".join(board.taken) == b"".join(wanted) and (channel.again > 0) is (chance > 0)
 
 
 def test_the_time_without_acknowledgement():

@@ -134,8 +134,7 @@ def test_a_dry_run_prints_the_pins_of_the_hal_component(scene, capsys, tmp_path)
     code, _, err = run(capsys, "stand-in", scene(HAL_SCENE), "--board", "/dev/ttyACM0")
     assert (code, err.count("\n")) == (2, 1) and "the scene uses LinuxCNC HAL: remove the option --board" in err
     code, _, err = run(capsys, "stand-in", scene(HAL_SCENE.replace("table", "t" * 30)), "--dry-run")
-    assert code == 1
-    assert "is too long: expected at most 47 characters" in err
+    assert code == 1 and "is too long: expected at most 47 characters" in err
 
 
 @pytest.mark.skipif(not hasattr(os, "geteuid") or os.geteuid() != 0, reason="only root is refused")
@@ -155,8 +154,7 @@ def test_a_missing_board(scene, capsys, tmp_path):
     assert err.splitlines()[0].startswith("axistwin is not a safety controller")
     assert "axistwin boards` lists the connected boards" in err
     code, out, _ = run(capsys, "boards", tmp_path / "board")
-    assert code == 1
-    assert out.count("\n") == 1
+    assert code == 1 and out.count("\n") == 1
 
 
 @pytest.mark.parametrize(("gone", "code"), [(True, 1), (False, None)])
@@ -205,8 +203,7 @@ def test_a_closed_terminal_ends_no_run(monkeypatch):
 def test_a_start_from_an_unknown_position_is_refused(scene, capsys, tmp_path):
     (tmp_path / "table.journal").write_text("begin 2026-11-22 table.X\n")
     code, _, err = run(capsys, "stand-in", scene())
-    assert code == 2
-    assert "start with --unhomed, then home the machine" in err
+    assert code == 2 and "start with --unhomed, then home the machine" in err
 
 
 @pytest.mark.skipif("AXISTWIN_REAL_TIME" not in os.environ, reason="real time: AXISTWIN_REAL_TIME=1 on an idle machine")

@@ -34,8 +34,7 @@ def test_one_row_a_run(tmp_path):
     first, last = rows[0], rows[-1]
     assert (first["lost"], first["near"], first["near.robustness"], first["ended"]) == (0, False, -250, "rest")
     assert (last["table.X.load.torque"], last["table.X.limits.1"], last["near"]) == (0.6, 7000, True)
-    assert last["lost"] > 0
-    assert "none: no event 'table.input3 rises'" in first["notes"]
+    assert last["lost"] > 0 and "none: no event 'table.input3 rises'" in first["notes"]
     kept = tmp_path / "found-failing" / "run-0" / "scene.toml"
     scene, at_s = Scene.load(kept), first["near.at_s"]
     assert f"--panel 8080 --to {at_s:.9f}" in kept.read_text()

@@ -83,8 +83,7 @@ def test_it(host, axistwin_twin):
     assert axistwin_twin.call(ask, host, b"(") == b"V\\r"
 ''')  # fmt: skip
     talk, trace = Path("out", "test_it0", "axistwin.talk"), Path("out", "test_it0", "axistwin.csv")
-    assert code == 1
-    assert f"kept: {talk}\nkept: {trace}\n" in told
+    assert code == 1 and f"kept: {talk}\nkept: {trace}\n" in told
     assert "; model: if1\n! flow dtr\n+1.5\n> (\n< U\\r\n" in (tmp_path / talk).read_text()
     assert "if1.led" in (tmp_path / trace).read_text()
 
@@ -155,8 +154,7 @@ def test_teardown(broken):
 ], ids=["no marker", "two models", "an error in the scene"])  # fmt: skip
 def test_an_invalid_marker_is_an_error(run, marker, message):
     code, told = run(f"{marker}def test_it(axistwin_port): pass")
-    assert code == 1
-    assert message in told
+    assert code == 1 and message in told
 
 
 def test_the_report_says_that_virtual_time_stood_still_and_why_nothing_moves(run):

@@ -75,15 +75,13 @@ def test_a_host_that_does_not_wait(twin, host):
     twin.advance(1.5)
     host.write(b"(")
     twin.advance(0.1)
-    assert host.read(2) == b"U\r"
-    assert twin.clock.now == 1_600_000_000
+    assert host.read(2) == b"U\r" and twin.clock.now == 1_600_000_000
 
 
 def test_time_passes_only_on_request(twin, host):
     twin.advance(1.5)
     host.timeout = 0.05
-    assert ask(host, b"(") == b""
-    assert twin.clock.seconds == 1.5
+    assert ask(host, b"(") == b"" and twin.clock.seconds == 1.5
 
 
 def test_a_host_may_wait_in_a_separate_thread(twin, host):
@@ -140,8 +138,7 @@ def test_the_test_continues_while_a_host_waits(twin, host):
     initialised(twin, host)
     working = twin.start(move_and_wait)
     twin.advance(0.5)
-    assert not working.done
-    assert twin.bench["if1"].axes["X"].position == 0
+    assert not working.done and twin.bench["if1"].axes["X"].position == 0
     twin.bench["if1"].pins["input1"].drive(True)
     assert twin.run_until(lambda: twin.bench["if1"].axes["X"].position == 100, 5)
     assert working.result() == "there"
@@ -200,8 +197,7 @@ def test_an_exception_of_a_condition_is_raised_and_ends_the_wait():
     with axistwin.serve("if1", speed=1) as twin:
         pacer = twin._service.server.pacer
         raises(ZeroDivisionError, "", twin.run_until, lambda: 1 / 0, HOST_TIMEOUT_S)
-        assert not pacer._advanced
-        assert not twin.run_until(lambda: False, 0.01)
+        assert not pacer._advanced and not twin.run_until(lambda: False, 0.01)
 
 
 def test_a_bench_of_the_user():
