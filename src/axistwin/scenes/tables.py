@@ -159,19 +159,13 @@ SERVO_SCHEMA: dict[str, Any] = {
     "type": "object",
     "description": "The axis of a servo motor.",
     "properties": {
-        "limits": {
-            **_SPAN,
-            "description": "Positions beyond which the limit switches minus and plus open: encoder counts, or '20 mm'.",
-        },
-        "motor": {
-            "anyOf": [_values(ServoMotor, model=_SHEETS), {"enum": list(SERVO_MOTORS)}],
-            "description": "Data sheet of the motor, by name or by values; without it the motor is ideal.",
-        },
+        "limits": {**_SPAN,
+          "description": "Positions beyond which the limit switches minus and plus open: encoder counts, or '20 mm'."},
+        "motor": {"anyOf": [_values(ServoMotor, model=_SHEETS), {"enum": list(SERVO_MOTORS)}],
+          "description": "Data sheet of the motor, by name or by values; without it the motor is ideal."},
         "load": {**_values(ServoLoad), "description": "Load on the shaft."},
-        "units": {
-            **UnitsTable.model_json_schema(),
-            "description": "Unit in which positions and velocities are also given and shown.",
-        },
+        "units": {**UnitsTable.model_json_schema(),
+          "description": "Unit in which positions and velocities are also given and shown."},
     },
     "additionalProperties": False,
 }  # fmt: skip
