@@ -84,7 +84,7 @@ class DrivenAxis:
         await self.request(Goal(lambda: self.core.move_at(velocity)))
 
     async def home(self, direction: int) -> None:
-        """Search for home; return at rest.  Raises RefusedError if a stop or another request ends the search, too."""
+        """Search for home; return at rest.  Raises RefusedError if it is not found, or a stop or request ends it."""
         await self.request(Goal(lambda: self.core.home(direction), homing=True))
 
     async def request(self, goal: Goal) -> None:
