@@ -3,8 +3,8 @@
     python benchmarks/robustness/options.py [--cases 100000] [--seed 1] [--only options|scenes]
 
 Each case is built; what is accepted is also used: the host initialises the controller and sends a short move.  Half of
-the cases are options, half are scenes.  The full size takes some 30 minutes of processor time.  The verdict is the last
-line; exit code 1 if anything was found.
+the cases are options, half are scenes.  It takes two minutes of processor time.  The verdict is the last line; exit
+code 1 if anything was found.
 """
 
 import argparse

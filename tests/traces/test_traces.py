@@ -102,7 +102,7 @@ def test_the_provenance_contains_the_origin_of_a_bench(tmp_path):
 
 
 def test_numbers_of_axes_and_voltages_have_units(tmp_path, traces):
-    units = json.loads(pq.read_schema(traces["parquet"].path).metadata[b"axistwin.core.units"])
+    units = json.loads(pq.read_schema(traces["parquet"].path).metadata[b"axistwin.units"])
     head = [line for line in traces["csv"].path.read_text().splitlines() if line.startswith("# unit of ")]
     assert head == [f"# unit of {name}: {unit}" for name, unit in units.items()]
     assert units["if1.X.velocity"] == "pulses/s" and units["motor.A_volts"] == "V"

@@ -28,7 +28,7 @@ GROUP, MOST = 1 << 16, 1 << 20
 """Least and largest number of rows in a full row group; groups grow, so that the table of contents stays small."""
 GROWS_AFTER = 64
 NOTHING = memoryview(bytes(1 << 24))
-SIGNALS, UNITS, END = "axistwin.signals", "axistwin.core.units", "end"
+SIGNALS, UNITS, END = "axistwin.signals", "axistwin.units", "end"
 INTEGER, NUMBER, WORDS, NONE = range(4)
 KINDS = {REAL: NUMBER, TEXT: WORDS}  # Column for the values of a signal, by kind; other kinds: `INTEGER`.
 OPTIONS: dict[str, Any] = {
