@@ -13,8 +13,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import click
 
-from axistwin.cli.common.names import unknown
-from axistwin.core.errors import AxistwinError, LinkError, PlacedError, UsageError, one_line
+from axistwin.core.errors import AxistwinError, LinkError, PlacedError, UsageError, one_line, unknown
 from axistwin.core.version import VERSION
 
 if TYPE_CHECKING:

@@ -153,3 +153,9 @@ class TraceError(AxistwinError):
 
 class LinkError(AxistwinError):
     """Raised if a port cannot be opened, or if the controller at the port does not answer."""
+
+
+def unknown(kind: str, name: str, names: Collection[str]) -> UsageError:
+    """Return the error for a mistyped name."""
+    near = most_similar(name.lower(), names)
+    return UsageError(f"no {kind} {name!r}: {f'did you mean {near}?' if near else 'expected ' + ', '.join(names)}")

@@ -9,8 +9,7 @@ import click
 
 from axistwin.cli.common.completing import complete_page
 from axistwin.cli.common.listing import print_rows
-from axistwin.cli.common.names import unknown
-from axistwin.core.errors import UsageError
+from axistwin.core.errors import UsageError, unknown
 from axistwin.core.storage import user_cache, write_error
 from axistwin.core.version import VERSION
 from axistwin.ui.guide import pages

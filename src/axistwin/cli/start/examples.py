@@ -7,8 +7,7 @@ import click
 
 from axistwin.cli.common.completing import complete_example
 from axistwin.cli.common.listing import print_rows
-from axistwin.cli.common.names import unknown
-from axistwin.core.errors import UsageError
+from axistwin.core.errors import UsageError, unknown
 from axistwin.ui.guide.shipped import examples as shipped
 
 

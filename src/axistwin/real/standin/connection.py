@@ -119,7 +119,10 @@ class Connection:
             interval_s = (self.now_s - self._clock_from_s) / CLOCKS
             self._next_clock_s = self.now_s + min(max(interval_s, LEAST_CLOCK_S), MOST_CLOCK_S)
             self._clock_sent_s = None
-            self.channel.send(self.dictionary.encode("get_clock"), lambda at_s: setattr(self, "_clock_sent_s", at_s))
+            self.channel.send(self.dictionary.encode("get_clock"), self._clock_is_sent)
+
+    def _clock_is_sent(self, at_s: float) -> None:
+        self._clock_sent_s = at_s
 
     def soon(self) -> float:
         """Return `SOON_S` from now in ticks of the board's clock; a working board has a command before then."""
