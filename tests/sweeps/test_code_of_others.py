@@ -55,6 +55,14 @@ def test_a_sweep_imports_its_host(study):
     assert run("sweep", study, "--workers", 0, "--out", study.with_name("a.parquet")).code == 0 and was_here(study)
 
 
+def test_a_host_may_have_the_name_of_a_package_of_ours(study):
+    pytest.importorskip("pyarrow", reason="the extra [traces] is not installed")
+    study.with_name("code_of_others.py").rename(study.with_name("plant.py"))
+    study.write_text(STUDY.replace("code_of_others", "plant"))
+    done = run("sweep", study, "--workers", 1, "--out", study.with_name("a.parquet"))
+    assert (done.code, was_here(study)) == (0, True), done
+
+
 def test_a_check_still_finds_a_host_that_is_no_name_of_a_function(study):
     study.write_text(STUDY.replace("code_of_others:host", "os.system('true')"))
     done = run("check", study)

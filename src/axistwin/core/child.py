@@ -9,14 +9,14 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any, BinaryIO
 
-PACKAGE = str(Path(__file__).resolve().parents[1])
+FOLDER = str(Path(__file__).resolve().parents[2])
 
 
 class Child:
     """A process that runs the function `function` of a module, with `arguments` in its `sys.argv`."""
 
     def __init__(self, module: str, function: str, *arguments: str) -> None:
-        path = os.pathsep.join(dict.fromkeys((PACKAGE, *(part or os.getcwd() for part in sys.path))))
+        path = os.pathsep.join(dict.fromkeys((FOLDER, *(part or os.getcwd() for part in sys.path))))
         self._process = subprocess.Popen(
             [sys.executable, "-P", "-c", f"from {module} import {function}; {function}()", *arguments],
             stdin=subprocess.PIPE, stdout=subprocess.PIPE, env={**os.environ, "PYTHONPATH": path},
