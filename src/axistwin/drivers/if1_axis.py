@@ -71,7 +71,7 @@ class Move:
 
 @dataclass
 class Known:
-    """What the driver knows about the controller: positions, inputs, and the faults since the last `clear_faults`."""
+    """Knowledge of the driver about the controller: positions, inputs, and the faults since the last `clear_faults`."""
 
     positions: dict[str, int]
     lost: dict[str, str] = field(default_factory=dict)

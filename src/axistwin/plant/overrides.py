@@ -54,7 +54,7 @@ class Override(Generic[T]):
 
 
 class Shaft:
-    """What all axes have: switches, units, torques and jams from outside, and the remaining torque of the motor.
+    """Base of all axes: switches, units, torques and jams from outside, and the remaining torque of the motor.
 
     `limits`: first and last position within the limit switches; None: no switches.
     """

@@ -29,7 +29,7 @@ IDEAL_COUNTS_PER_REV = 2000  # Encoder counts per revolution of a shaft without 
 
 
 class Source:
-    """What calculates the motion of a shaft: this one, without power, is at rest; a processor overrides all of it.
+    """Source of the motion of a shaft: this one, without power, is at rest; a processor overrides all of it.
 
     All values are those of the latest sample.
     """

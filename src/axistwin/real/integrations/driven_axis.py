@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 class Phase(Enum):
-    """What the axis does, as far as requests and polls tell."""
+    """Activity of the axis, as far as requests and polls tell."""
 
     REST = auto()
     BEGINNING = auto()  # The request that begins a motion is in progress.

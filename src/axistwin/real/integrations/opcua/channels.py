@@ -74,7 +74,7 @@ class _OwnByNumber(MutableMapping[int, InternalSubscription]):
 
 
 class _OwnSubscriptions(SubscriptionService):
-    """What a session may do with subscriptions: those of other sessions do not exist for it."""
+    """Subscriptions as a session sees them: those of other sessions do not exist for it."""
 
     def __init__(self, every: SubscriptionService, session: ua.NodeId) -> None:
         super().__init__(every.aspace, every.iserver)
