@@ -28,8 +28,9 @@ from typing import Any, Literal, Union, get_args, get_origin, get_type_hints
 sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "src"))
 
 from axistwin import Bench, Scene
-from axistwin.bench import FAMILIES, Controller, host_at, product
+from axistwin.bench import Controller, host_at, product
 from axistwin.bench.faults.kinds import KINDS
+from axistwin.bench.models import OURS
 from axistwin.core.errors import AxistwinError
 from axistwin.plant import axes, servo
 from axistwin.plant.axes import servo_axis
@@ -198,7 +199,7 @@ class Campaign:
 
 def added(chooser: Chooser, folder: Path) -> tuple[Any, dict[str, Any]]:
     """Return a model and keywords of `Bench.add`."""
-    model = chooser.chance.choice(list(FAMILIES))
+    model = chooser.chance.choice(list(OURS))
     made = product(model)
     hints = get_type_hints(made.options)
     own = {field.name: (lambda name=field.name: chooser.of(hints[name])) for field in fields(made.options)}
@@ -226,7 +227,7 @@ def use_options(case: tuple[Any, dict[str, Any]]) -> None:
 def talk(bench: Bench, controller: Controller) -> None:
     """Let a host initialise the controller and move it."""
     with host_at(bench, controller.name) as host:
-        for pause_s, data in SESSIONS[FAMILIES[controller.product.model]]:
+        for pause_s, data in SESSIONS[controller.product.family]:
             bench.run(pause_s)
             host.write(data)
         bench.run(0.1)

@@ -20,7 +20,6 @@ from typing import Any
 sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "src"))
 
 from axistwin import Bench, Scene
-from axistwin.bench import FAMILIES
 from axistwin.bench.programs import stored_programs
 from axistwin.controllers.digiplan.chapters.data_format import BAUD_RATES as INTERFACE_RATES
 from axistwin.controllers.smartmotor.serial.serial_data import BAUD_RATES as MOTOR_RATES
@@ -142,7 +141,7 @@ def again(model: str, directory: Path, out: Path) -> Any:
     bench = Scene.load(directory / "machine.toml").build()
     (controller,) = bench.controllers.values()
     end = VirtualEnd(bench, controller)
-    if FAMILIES[model] == "digiplan":
+    if controller.product.family == "digiplan":
         bench.run(1.5)
         controller.serial.write(b"(")
         bench.run(1.5)

@@ -6,7 +6,8 @@ from itertools import product as product_of
 import pytest
 
 from axistwin import Bench
-from axistwin.bench import FAMILIES, product, read_options
+from axistwin.bench import product, read_options
+from axistwin.bench.models import OURS
 from axistwin.core.errors import AxistwinError
 
 from ..told import bare, examples
@@ -34,7 +35,7 @@ def error_of(model: str, options: dict[str, str]) -> str:
     return ""
 
 
-@pytest.mark.parametrize("model", FAMILIES)
+@pytest.mark.parametrize("model", OURS)
 def test_the_examples_in_messages_lead_to_an_option_that_is_accepted(model: str) -> None:
     """A value may be invalid, and a table then incomplete; no message comes twice."""
     for name, bad in product_of(names(model), BAD):

@@ -12,7 +12,7 @@ from unittest.mock import patch
 import pytest
 from click.testing import CliRunner
 
-from axistwin.bench import FAMILIES
+from axistwin.bench.models import OURS
 from axistwin.cli.common import completing
 from axistwin.cli.program import COMMANDS, axistwin, main
 
@@ -135,7 +135,7 @@ def folder(tmp_path, monkeypatch):
 
 
 COMPLETED = {
-    ("r",): ["run", "record", "rescue", "replay"], ("run", ""): [*FAMILIES, "cell/scene.toml"],
+    ("r",): ["run", "record", "rescue", "replay"], ("run", ""): [*OURS, "cell/scene.toml"],
     ("run", "i"): ["if1", "if2"], ("run", "ce"): ["cell/scene.toml"], ("run", "cell/"): ["cell/scene.toml"],
     ("serve", "cell/s"): ["cell/scene.toml"], ("run", "if1", ""): ["cell/deep/home.sms", "cell/feed.if1"],
     ("check", "cell/f"): ["cell/feed.if1"], ("plot", "a"): ["a.csv"], ("commands", "18"): ["1810", "1811"],
@@ -187,4 +187,4 @@ def test_bash_completes_with_the_script(tmp_path):
 
 
 def test_the_models_of_the_completion_are_all():
-    assert tuple(FAMILIES) == completing.MODELS
+    assert tuple(OURS) == completing.MODELS

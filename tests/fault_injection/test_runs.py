@@ -3,8 +3,8 @@
 import pytest
 
 from axistwin import Bench
-from axistwin.bench import FAMILIES
 from axistwin.bench.faults import sentences, triggers
+from axistwin.bench.models import OURS
 from axistwin.bench.talk.conversation import parse
 from axistwin.bench.talk.player import play
 from axistwin.controllers.product import Abilities
@@ -154,7 +154,7 @@ def test_a_device_without_programs_refuses_the_trigger(table, monkeypatch):
     controller.subscribe_lines(print)()
 
 
-@pytest.mark.parametrize("model", FAMILIES)
+@pytest.mark.parametrize("model", OURS)
 def test_the_programs_of_a_controller_are_those_of_its_product(model):
     controller = Bench().add(model)
     assert set(controller.programs) <= set(controller.product.programs) and controller.product.programs

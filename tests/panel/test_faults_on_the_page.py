@@ -2,9 +2,10 @@
 
 import pytest
 
-from axistwin.bench import FAMILIES, Bench
+from axistwin.bench import Bench
 from axistwin.bench.faults.kinds import KINDS
 from axistwin.bench.faults.table import On, Sort
+from axistwin.bench.models import OURS
 from axistwin.ui.panel.views.faults import faults, power
 
 from .showing import bench_of, shown
@@ -101,7 +102,7 @@ def test_the_list_shows_the_faults_of_whatever_bench_there_is(visit):
         visit.found("fault-jam-state")
 
 
-@pytest.mark.parametrize("model", FAMILIES)
+@pytest.mark.parametrize("model", OURS)
 @shown(power)
 def test_the_power_switch(visit, model):
     assert visit.pressed(f"{model}-power")

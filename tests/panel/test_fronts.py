@@ -2,7 +2,8 @@
 
 import pytest
 
-from axistwin.bench import FAMILIES, Bench, product
+from axistwin.bench import Bench, product
+from axistwin.bench.models import OURS
 from axistwin.controllers.front import Lamp
 from axistwin.ui.panel.views.front import front, generic
 
@@ -45,7 +46,7 @@ def test_a_status_word_by_letter_and_an_error_in_its_colour(visit):
     assert visit.found("smartmotor-MODE-Motor").text == "P  absolute position"
 
 
-@pytest.mark.parametrize("model", FAMILIES)
+@pytest.mark.parametrize("model", OURS)
 @shown(front)
 def test_the_list_of_all_registers_is_made_when_it_is_opened_and_kept_open_for_this_person(visit, model):
     visit.run(1.1)
@@ -61,7 +62,7 @@ def test_the_list_of_all_registers_is_made_when_it_is_opened_and_kept_open_for_t
     assert visit.context.person.settings[f"{model} registers"] is True
 
 
-@pytest.mark.parametrize("model", FAMILIES)
+@pytest.mark.parametrize("model", OURS)
 @shown(front)
 def test_what_it_means_explains_each_item_in_words_and_is_kept_open_for_this_person(visit, model):
     assert not visit.found(f"{model}-meaning").value
@@ -98,7 +99,7 @@ def test_a_controller_without_a_front_gets_its_terminals_and_registers(visit):
     assert visit.found("if1-state-Registers").text == "waiting for ("
 
 
-@pytest.mark.parametrize("model", FAMILIES)
+@pytest.mark.parametrize("model", OURS)
 def test_a_generic_panel_shows_every_terminal_and_register(model):
     controller = Bench().add(model)
     groups = {group.title: [item.source for item in group.items] for group in generic(controller)}
@@ -106,7 +107,7 @@ def test_a_generic_panel_shows_every_terminal_and_register(model):
     assert groups["Registers"] == list(controller.registers)
 
 
-@pytest.mark.parametrize("model", FAMILIES)
+@pytest.mark.parametrize("model", OURS)
 def test_everything_on_a_front_exists_and_says_what_it_is(model):
     controller = Bench().add(model)
     assert not controller.terminals.keys() & controller.registers.keys(), "a name means one thing"
@@ -120,14 +121,14 @@ def test_everything_on_a_front_exists_and_says_what_it_is(model):
                 assert item.bit is None or item.source in controller.registers
 
 
-@pytest.mark.parametrize("model", FAMILIES)
+@pytest.mark.parametrize("model", OURS)
 def test_no_two_items_of_a_group_are_called_the_same(model):
     for group in product(model).front:
         labels = [item.label or item.name for item in group.items]
         assert len(labels) == len(set(labels))
 
 
-@pytest.mark.parametrize("model", FAMILIES)
+@pytest.mark.parametrize("model", OURS)
 @shown(front)
 def test_without_power_lamps_are_dark_and_readings_absent(visit, model):
     visit.run(2)

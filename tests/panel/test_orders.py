@@ -3,7 +3,8 @@
 import pytest
 
 from axistwin import Bench
-from axistwin.bench import FAMILIES, host_at, product
+from axistwin.bench import host_at, product
+from axistwin.bench.models import OURS
 
 
 def board(bench):
@@ -27,7 +28,7 @@ def order(bench, controller, program, label):
     return controller.programs[program].running
 
 
-@pytest.mark.parametrize("model", FAMILIES)
+@pytest.mark.parametrize("model", OURS)
 def test_each_program_has_orders_that_differ(model):
     made = product(model)
     for program in made.programs:

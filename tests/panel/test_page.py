@@ -45,7 +45,8 @@ def test_the_clock_is_written_without_an_update_of_the_page(visit):
 def of_another_family():
     bench = bench_of("if1")()
     product = bench["if1"].product
-    bench["if1"].product = product._replace(model="x9", title="Something new", make_front=tuple, programs=())
+    made = {"model": "x9", "title": "Something new", "family": "", "suffix": "", "check": None}
+    bench["if1"].product = product._replace(**made, make_front=tuple, programs=())
     return bench
 
 

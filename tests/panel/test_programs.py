@@ -4,7 +4,8 @@ import pytest
 from nicegui import ui
 
 from axistwin import Bench
-from axistwin.bench import FAMILIES, host_at
+from axistwin.bench import host_at
+from axistwin.bench.models import OURS
 from axistwin.bench.programs import stored_programs
 from axistwin.ui.panel.views.program import program
 
@@ -162,7 +163,7 @@ def test_a_text_of_any_length_is_not_taken(visit):
     assert visit.found("motor text").value == "" and listing(visit).lines[0] == "a=1"
 
 
-@pytest.mark.parametrize("model", FAMILIES)
+@pytest.mark.parametrize("model", OURS)
 @shown(program)
 def test_a_text_that_is_wrong_is_told_with_its_place_and_nothing_is_loaded(visit, model):
     before = [listing.lines for listing in visit.bench[model].programs.values()]

@@ -6,7 +6,7 @@ from types import SimpleNamespace
 import pytest
 from nicegui import ui
 
-from axistwin.bench import FAMILIES
+from axistwin.bench.models import OURS
 from axistwin.ui.panel import turns
 from axistwin.ui.panel.context import careful, together
 from axistwin.ui.panel.page import build_views
@@ -127,7 +127,7 @@ def counted(client, compute, monkeypatch):
     return found, made
 
 
-@pytest.mark.parametrize("model", FAMILIES)
+@pytest.mark.parametrize("model", OURS)
 def test_a_page_and_its_tabs_are_built_apart_from_the_frames_and_pause_every_few_elements(model, monkeypatch):
     """An element takes at most 0.2 ms: the work after 1.5 ms, before the piece ends, takes at most 3 ms."""
 

@@ -3,7 +3,8 @@
 import re
 from pathlib import Path
 
-from axistwin.bench import FAMILIES, product
+from axistwin.bench import product
+from axistwin.bench.models import OURS
 
 PAGE = (Path(__file__).parents[2] / "docs" / "programs.md").read_text(encoding="utf-8")
 ((_, PROGRAM), (_, SHOWN)) = re.findall(r"^```(\w*)\n(.*?)^```$", PAGE, re.DOTALL | re.MULTILINE)
@@ -15,5 +16,5 @@ def test_the_example_of_the_page_is_correct(capsys):
 
 
 def test_the_names_are_those_of_the_products():
-    names = {name for model in FAMILIES for name in (product(model).programs[0], product(model).programs[-1])}
+    names = {name for model in OURS for name in (product(model).programs[0], product(model).programs[-1])}
     assert all(f"`{name}`" in PAGE for name in names)

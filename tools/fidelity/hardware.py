@@ -9,7 +9,7 @@ from collections import Counter
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from axistwin.bench import FAMILIES
+from axistwin.bench import product
 
 CODE = re.compile(r"[^\s:,]+")
 """The command at the beginning of the name of a case."""
@@ -41,7 +41,7 @@ def seen(directory: Path) -> Hardware:
 
 
 def _add(found: Hardware, report: dict) -> None:  # type: ignore[type-arg]
-    family = FAMILIES[report["model"]]
+    family = product(report["model"]).family
     for section, number in report["seen_on_real_hardware"].items():
         found.sections[family, section] += int(number)
     for result in report["results"]:

@@ -13,17 +13,17 @@ if TYPE_CHECKING:
     from axistwin.bench.controller import Controller
     from axistwin.bench.events import LineBreak, Sent, terminals
     from axistwin.bench.hosts import host_at, host_of
-    from axistwin.bench.models import FAMILIES, product
+    from axistwin.bench.models import is_model, product
     from axistwin.bench.options import read_options
 else:
     __getattr__ = lazy(
         __name__, actions="action", acts="Comment Do Expect Hear Say Wait", bench="Bench",
         codec="CHARACTERS codec_of show_controls", controller="Controller", events="LineBreak Sent terminals",
-        hosts="host_at host_of", models="FAMILIES product", options="read_options",
+        hosts="host_at host_of", models="is_model product", options="read_options",
     )  # fmt: skip
 
 __all__ = [
-    "CHARACTERS", "FAMILIES", "Bench", "Comment", "Controller", "Do", "Expect", "Hear", "LineBreak", "Say", "Sent",
-    "Wait", "action", "codec_of", "host_at", "host_of", "line_format", "product", "read_options", "show_controls",
-    "terminals",
+    "CHARACTERS", "Bench", "Comment", "Controller", "Do", "Expect", "Hear", "LineBreak", "Say", "Sent", "Wait",
+    "action", "codec_of", "host_at", "host_of", "is_model", "line_format", "product", "read_options",
+    "show_controls", "terminals",
 ]  # fmt: skip

@@ -9,24 +9,37 @@ from axistwin.controllers.product import Product
 from axistwin.core.errors import UsageError, most_similar
 from axistwin.core.numbers import NumberError, check_values
 
-FAMILIES = {
-    "if1": "digiplan", "if2": "digiplan", "1810": "compumotor", "1811": "compumotor", "smartmotor": "smartmotor",
-}  # fmt: skip
-"""Package of each model in `axistwin.controllers`; it is imported when the model is first used."""
+OURS = {
+    "if1": "axistwin.controllers.digiplan.card:IF1",
+    "if2": "axistwin.controllers.digiplan.card:IF2",
+    "1810": "axistwin.controllers.compumotor.card:BOARD_1810",
+    "1811": "axistwin.controllers.compumotor.card:BOARD_1811",
+    "smartmotor": "axistwin.controllers.smartmotor.card:SMARTMOTOR",
+}
+"""Our models, in the notation of entry points; the module is imported when the model is first used."""
 
 
-def product(model: str) -> Product:
+def models() -> tuple[str, ...]:
+    return tuple(OURS)
+
+
+def is_model(name: object) -> bool:
+    return isinstance(name, str) and name.lower() in OURS
+
+
+def product(model: str | Product) -> Product:
     """Return the controller model with the given name, e.g. "1811".  Raises UsageError for an unknown name."""
-    try:
-        family = import_module(f"axistwin.controllers.{FAMILIES[model.lower()]}.card")
-    except (KeyError, AttributeError):
-        raise UsageError(f"no model {model!r}: expected one of {', '.join(FAMILIES)}{_similar(str(model))}") from None
-    found: Product = family.PRODUCTS[model.lower()]
+    if isinstance(model, Product):
+        return model
+    if not is_model(model):
+        raise UsageError(f"no model {model!r}: expected one of {', '.join(models())}{_similar(str(model))}")
+    module, _, name = OURS[model.lower()].partition(":")
+    found: Product = getattr(import_module(module), name)
     return found
 
 
 def _similar(model: str) -> str:
-    near = most_similar("".join(filter(str.isalnum, model.lower())), FAMILIES)
+    near = most_similar("".join(filter(str.isalnum, model.lower())), models())
     return f"; did you mean {near!r}?" if near else ""
 
 

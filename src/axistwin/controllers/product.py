@@ -202,6 +202,10 @@ class Product(NamedTuple):
     """A dataclass: the keywords of `Bench.add` for this model, with the manual's figures as defaults."""
     build: Callable[[Clock, Mapping[str, Any], Any, Store], Device]
     """Function that builds the hardware from the clock, the axes, the options and the memory."""
+    family: str = ""
+    """Name of the package of a family of ours, e.g. "digiplan", which other packages have modules for; else ""."""
+    suffix: str = ""
+    """Suffix of the program files in the device's own notation, e.g. ".if1"; "" if there are only conversations."""
     make_axis: MakeAxis = stepper_axis
     """Function that creates an axis from its options; the bench connects its switches later."""
     check: "Checker | None" = None
@@ -247,5 +251,6 @@ class Product(NamedTuple):
 
     @property
     def indefinite(self) -> str:
-        """Model name with its indefinite article: an IF1, an 1811, a SmartMotor."""
-        return with_article(self.title.partition(",")[0].split()[1])
+        """Model name with its indefinite article: an IF1, an 1811, a SmartMotor; or the title, a DC motor stage."""
+        named = (word for word in self.title.replace(",", " ").split() if word.lower() == self.model)
+        return with_article(next(named, self.title))

@@ -5,7 +5,7 @@ from collections.abc import Callable
 from functools import partial
 from typing import TYPE_CHECKING, Any, Protocol
 
-from axistwin.bench import FAMILIES, Bench, endpoints
+from axistwin.bench import Bench, endpoints
 from axistwin.core.errors import LinkError, UsageError
 from axistwin.links.pacing import Pacer
 from axistwin.links.plug import HostPort, Plug
@@ -131,7 +131,7 @@ class Server:
 
         if name not in self._hubs:
             made = self.bench.controllers.get(name)
-            motors = made is None or FAMILIES[made.product.model] == "smartmotor"
+            motors = made is None or made.product.family == "smartmotor"
             self._hubs[name] = Hub(self._plug(name), motors=motors)
         return self._hubs[name]
 

@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterable
 from functools import partial
 from pathlib import Path
 
-from axistwin.bench import FAMILIES, Bench, Controller, endpoints
+from axistwin.bench import Bench, Controller, endpoints
 from axistwin.bench.action_runner import ActionRunner, Load
 from axistwin.bench.actions import FAULT_ACTS
 from axistwin.bench.acts import Act, Do, Hear, Say, Wait
@@ -34,7 +34,7 @@ from axistwin.sim.clock import LAST, Clock, Event, Procedure, Process, kill
 
 CHECK_NS = 20 * MS  # Interval in virtual time at which a host checks if its controller is ready.
 TALK, STORED = ".talk", ".sms"
-KINDS = {".if1": "digiplan", ".181x": "compumotor"}  # Controller family by suffix of the program file.
+SENT = (".if1", ".181x")  # Suffixes of the programs that a host sends line by line.
 HOST, SCRIPT = 0, 1  # Order of actions that have the same time: first hosts, then actions at the machine.
 OUTSIDE = "outside"
 _OUTSIDE = re.compile(rf"{OUTSIDE}(?: ([1-9]\d?))?")
@@ -58,10 +58,9 @@ def prepare_host(
         )
         return lambda: clock.process(conversation_host.converse())
     controller = bench[name]
-    if KINDS[suffix] == "digiplan":
+    if controller.product.language is None:
         line_sender = _ControllerHost(clock, controller, read_command_lines(text, file), file)
         return lambda: clock.process(line_sender.send_lines())
-    assert controller.product.language is not None, "a board has a language"
     hex_sender = _ControllerHost(clock, controller, command_strings(text, controller.product.language, file), file)
     return lambda: clock.process(hex_sender.send_commands())
 
@@ -74,9 +73,9 @@ def rank_of(host: str) -> int:
 
 def _kind(bench: Bench, name: str, file: str) -> str:
     suffix = Path(file).suffix.lower()
-    if suffix not in (TALK, *KINDS):
+    if suffix not in (TALK, *SENT):
         raise UsageError(f"{file} cannot be sent by a host: expected a file whose name ends in .if1, .181x or .talk")
-    if suffix != TALK and FAMILIES[bench[name].product.model] != KINDS[suffix]:
+    if suffix != TALK and bench[name].product.suffix != suffix:
         raise UsageError(f"{file} is not a program for {name}: expected a program for {bench[name].product.indefinite}")
     return suffix
 
@@ -94,7 +93,7 @@ def loader(bench: Bench, read: Callable[[str], str]) -> Load:
             source = stored_programs.as_sent(read(file))
             stored_programs.check(source, file, controller)
             return partial(stored_programs.run, source, file, controller)
-        if suffix not in KINDS:
+        if suffix not in SENT:
             raise UsageError(f"{file} cannot be loaded: expected a file whose name ends in .sms, .if1 or .181x")
         return partial(_send, controller, prepare_host(bench, name, file, read), bench.senders)
 

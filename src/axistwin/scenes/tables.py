@@ -22,7 +22,7 @@ from pydantic import (
     field_validator,
 )
 
-from axistwin.bench import FAMILIES, product
+from axistwin.bench import is_model, product
 from axistwin.bench.faults.kinds import KINDS
 from axistwin.bench.faults.table import Parameter, Sort
 from axistwin.core.errors import UsageError
@@ -211,7 +211,7 @@ class ControllerTable(Table):
     @classmethod
     def _as_the_model_has_them(cls, given: Any, _: ValidatorFunctionWrapHandler, info: ValidationInfo) -> Any:
         model = info.data.get("model")
-        if model is None or model.lower() not in FAMILIES:
+        if model is None or not is_model(model):
             return {}  # The model is the error, whatever its axes are.
         adapter = _SERVOS if has_servo(model) else _STEPPERS
         return adapter.validate_json(json.dumps(given), strict=True)
@@ -222,7 +222,7 @@ class ControllerTable(Table):
 
 
 def has_servo(model: str | None) -> bool:
-    return model is not None and model.lower() in FAMILIES and product(model).make_axis is servo_axis
+    return model is not None and is_model(model) and product(model).make_axis is servo_axis
 
 
 class LineTable(Table):

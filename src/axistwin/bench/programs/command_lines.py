@@ -12,7 +12,7 @@ from dataclasses import replace
 from functools import partial
 from math import ceil
 
-from axistwin.bench import FAMILIES, Bench, Controller, rules
+from axistwin.bench import Bench, Controller, rules
 from axistwin.bench.actions import action
 from axistwin.bench.acts import Act, Do, Say, Wait
 from axistwin.bench.programs.keyboards import KEYBOARDS, NATIONAL, to_codes
@@ -121,7 +121,7 @@ class _LineSender:
         self.port = self.controller.serial
 
     def _only_interface(self) -> Controller:
-        interfaces = [c for c in self.bench.controllers.values() if FAMILIES[c.product.model] == "digiplan"]
+        interfaces = [c for c in self.bench.controllers.values() if c.product.family == "digiplan"]
         if len(interfaces) != 1:
             raise ProgramError(
                 f"the simulation has {len(interfaces)} controllers of the type IF1 or IF2, "

@@ -8,7 +8,7 @@ line the next line is sent when that time has passed, in any state.  Messages fr
 from collections.abc import Callable, Iterable, Iterator
 from functools import partial
 
-from axistwin.bench import FAMILIES, Bench, Controller, product
+from axistwin.bench import Bench, Controller, is_model, product
 from axistwin.bench.acts import Act, Do, Say, Wait
 from axistwin.bench.controller import on_a_bus
 from axistwin.bench.hosts import Host, host_of
@@ -23,7 +23,7 @@ DEFAULT_MODEL = "1811"  # Default model for a program that does not name its mod
 
 def language_of(target: str) -> Language:
     """Return the command language of a model.  If `target` is not a model, the language of an 1811 is returned."""
-    made = product(target if target.lower() in FAMILIES else DEFAULT_MODEL)
+    made = product(target if is_model(target) else DEFAULT_MODEL)
     if made.language is None:
         raise ProgramError(f"{made.model} cannot execute the hex commands of a .181x file: expected an 1810 or 1811")
     return made.language

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 
-from axistwin.bench import FAMILIES, Bench, product
+from axistwin.bench import Bench, is_model, product
 from axistwin.bench.acts import Act
 from axistwin.bench.options import read_options
 from axistwin.bench.programs.command_lines import read_command_lines, run_until_quiet, send_lines
@@ -22,7 +22,7 @@ from axistwin.core.errors import AxistwinError, UsageError
 from axistwin.core.storage import STANDARD_INPUT
 from axistwin.core.units import S
 
-FORMS = {"digiplan": ".if1", "compumotor": ".181x", "smartmotor": ".sms"}  # Suffix of each family's own programs.
+OWN = (".if1", ".181x", ".sms")  # Suffixes of the families' own programs.
 COMPILED = ".smx"
 
 BOUND_NS = 3600 * S  # Longest virtual time of a run for which no time is given.
@@ -76,10 +76,11 @@ def form_of(path: Path, model: str = "") -> str:
     suffix = path.suffix.lower()  # DOS writes suffixes in capitals
     if suffix == COMPILED:
         raise UsageError(f"{path} is a compiled SmartMotor program: expected its source, a .sms file")
-    if suffix in (*FORMS.values(), ".talk", ".toml"):
+    if suffix in (*OWN, ".talk", ".toml"):
         return suffix
     talk = (path is STANDARD_INPUT or path.is_file()) and is_conversation(_text(path).splitlines())
-    return ".talk" if talk else FORMS.get(FAMILIES.get(model.lower(), ""), suffix)
+    own = product(model).suffix if is_model(model) and not talk else ""
+    return ".talk" if talk else own or suffix
 
 
 def _text(path: Path) -> str:
@@ -106,7 +107,7 @@ def options(conversation: Conversation, target: str = "") -> tuple[str, ...]:
     Raises UsageError if the conversation is for a serial line and `target` is on a bus, or the other way round.
     """
     model = conversation.headers.get("model", "")
-    if {model.lower(), target.lower()} <= FAMILIES.keys() and _on_a_line(model) is not _on_a_line(target):
+    if is_model(model) and is_model(target) and _on_a_line(model) is not _on_a_line(target):
         bus_or_line = "a serial line" if _on_a_line(model) else "a bus"
         file = conversation.file
         raise UsageError(f"{file} cannot run on {target}: expected a controller on {bus_or_line}, e.g. {model}")
@@ -119,7 +120,7 @@ def check_headers(conversation: Conversation, model: str) -> None:
     for key in ("patience", "on-for"):
         conversation.seconds_in(key, 0.0)
     for key, words in (("options", tuple(conversation.option_words)), ("line", _line_of(conversation))):
-        if words and model.lower() in FAMILIES:
+        if words and is_model(model):
             with conversation.placing_errors_at_header(key):
                 Bench().add(model, **read_options(words))
 

@@ -19,7 +19,7 @@ from decimal import Decimal
 from pathlib import Path
 from typing import Any
 
-from axistwin.bench import FAMILIES, product, rules
+from axistwin.bench import is_model, product, rules
 from axistwin.bench.acts import Act, Comment, Do, Expect, Hear, Say, Wait
 from axistwin.bench.codec import CHARACTERS, Codec, codec_of
 from axistwin.bench.typography import refuse
@@ -145,7 +145,7 @@ def named_model(lines: Iterable[str]) -> str:
 
 
 def _codec(model: str) -> Codec:
-    return codec_of(product(model)) if model.lower() in FAMILIES else CHARACTERS
+    return codec_of(product(model)) if is_model(model) else CHARACTERS
 
 
 def write(conversation: Conversation | Iterable[Act], codec: Codec | None = None) -> str:

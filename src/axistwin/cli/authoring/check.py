@@ -8,7 +8,7 @@ from pathlib import Path
 
 import click
 
-from axistwin.bench import FAMILIES, product
+from axistwin.bench import is_model, product
 from axistwin.cli.common.completing import complete_checked
 from axistwin.cli.common.working import working
 from axistwin.controllers.diagnostics import Diagnostic, Severity
@@ -90,7 +90,7 @@ def check(
 
 def _targets(arguments: Sequence[str]) -> tuple[Product | None, list[Path]]:
     first = arguments[0] if arguments else ""
-    named = first.lower() in FAMILIES or not (Path(first).suffix or first == "-")
+    named = is_model(first) or not (Path(first).suffix or first == "-")
     made = product(first) if arguments and named else None
     files = [STANDARD_INPUT if argument == "-" else Path(argument) for argument in arguments[named:]]
     if not files:

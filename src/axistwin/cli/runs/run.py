@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from axistwin.bench import FAMILIES, Bench, product
+from axistwin.bench import Bench, product
 from axistwin.bench.programs import running
 from axistwin.bench.programs.running import Outcome, Program
 from axistwin.bench.talk.conversation import MOST_MIB
@@ -24,7 +24,7 @@ from axistwin.core.errors import UsageError
 from axistwin.core.storage import contents
 from axistwin.core.units import to_ns
 from axistwin.records.traces.provenance import provenance
-from axistwin.scenes.diagnostics.checking import MODELS, HostProgram, host_programs, kind_of, load
+from axistwin.scenes.diagnostics.checking import HostProgram, host_programs, kind_of, load
 from axistwin.scenes.reports import transcript
 from axistwin.scenes.reports.page import Page, check_path, write_page
 from axistwin.scenes.reports.refusals import Refusal, models_at, refusals
@@ -214,8 +214,7 @@ def _sent_programs(target: str, program: Path | None, bench: Bench) -> list[Host
 
 
 def _is_for(program: Path, made: Product) -> bool:
-    model = MODELS.get(kind_of(program))
-    return model is not None and FAMILIES[model] == FAMILIES[made.model]
+    return bool(made.suffix) and kind_of(program) == made.suffix
 
 
 def _report(record: RunRecord, outcome: Outcome, refused: Sequence[Refusal], as_json: bool) -> None:

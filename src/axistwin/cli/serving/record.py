@@ -8,9 +8,10 @@ from pathlib import Path
 
 import click
 
-from axistwin.bench import FAMILIES, line_format, product
+from axistwin.bench import line_format, product
 from axistwin.bench.actions import level_name
 from axistwin.bench.events import LevelChanged
+from axistwin.bench.models import models
 from axistwin.bench.talk.recorder import LF_NS, Recorder, recording_to
 from axistwin.cli.common.parameters import FILE, Seconds
 from axistwin.cli.serving.bench_and_ports import ANY_PORT
@@ -91,7 +92,7 @@ def _format(model: str | None, line: str | None) -> UartFormat:
         return line_format(line, USUAL)[0]
     made = product(model)
     if made.line is None:
-        serial_models = ", ".join(name for name in FAMILIES if product(name).line is not None)
+        serial_models = ", ".join(name for name in models() if product(name).line is not None)
         raise UsageError(f"the model {made.model} has no serial port to record: expected one of {serial_models}")
     return line_format(line, made.line)[0]
 

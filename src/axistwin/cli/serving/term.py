@@ -12,7 +12,8 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from axistwin.bench import FAMILIES, Bench, Controller
+from axistwin.bench import Bench, Controller, is_model, product
+from axistwin.bench.models import models
 from axistwin.bench.options import read_options
 from axistwin.bench.programs import command_lines
 from axistwin.bench.programs.keyboards import KEYBOARDS, to_codes, to_glyphs
@@ -87,16 +88,17 @@ def term(
       axistwin term /dev/ttyUSB0
       axistwin term COM3
     """
-    if target.lower() not in FAMILIES and not _is_port(target):
-        models = ", ".join(FAMILIES)
+    known = is_model(target)
+    if not known and not _is_port(target):
+        names = ", ".join(models())
         raise UsageError(
-            f"unknown model or port {target!r}: expected {models}, or a port such as socket://127.0.0.1:5001"
+            f"unknown model or port {target!r}: expected {names}, or a port such as socket://127.0.0.1:5001"
         )
     local = {"no_init": no_init, "speed": speed != "1", "option": bool(options), "state": state is not None}
     local["tutor"] = bool(tutor)
-    if keyboard != "us" and FAMILIES.get(target.lower(), "digiplan") != "digiplan":
+    if keyboard != "us" and known and product(target).family != "digiplan":
         raise UsageError(f"--keyboard {keyboard} is only for an IF1 or IF2: leave out this option for {target}")
-    if target.lower() in FAMILIES:
+    if known:
         made = partial(_bench, target, state=state, line=line, **read_options(options))
         return asyncio.run(_virtual(made, read_speed(speed), ENDS[end], keyboard, not no_init, tutor))
     if option := next((name.replace("_", "-") for name, given in local.items() if given), None):
@@ -123,7 +125,7 @@ async def _virtual(
     session = Session(build, speed)
     screen, (controller,) = _screen(keyboard), session.bench.controllers.values()
     _greet(controller.product.title)
-    if initialise and FAMILIES[controller.product.model] == "digiplan":
+    if initialise and controller.product.family == "digiplan":
         _initialise(session.bench, controller, screen)
     other = virtual_end(session, screen)
     other.tutor.on = screen.person if tutor is None else tutor
@@ -142,7 +144,7 @@ async def converse_with(build: Callable[[], Bench], end: bytes, lesson: Lesson) 
     session = Session(build, 1.0 if person else None)
     screen, (controller,) = _screen("us"), session.bench.controllers.values()
     _greet(controller.product.title)
-    if FAMILIES[controller.product.model] == "digiplan" and lesson.initialised:
+    if controller.product.family == "digiplan" and lesson.initialised:
         _initialise(session.bench, controller, screen)
     else:
         session.bench.run(STARTED_S)

@@ -7,6 +7,7 @@ from typing import Any
 
 import click
 
+from axistwin.bench.models import models
 from axistwin.core.errors import UsageError
 from axistwin.core.numbers import NumberError, whole
 from axistwin.core.storage import write_error
@@ -63,9 +64,9 @@ def _answers(given: dict[str, str | None], *, asking: bool) -> Answers:
         text = given[name]
         return _ask(question, default, read) if asking and text is None else read(default if text is None else text)
 
-    models = answer("models", "Models, of if1, if2, 1810, 1811, smartmotor", "if1", new_scene.read_models)
+    chosen = answer("models", f"Models, of {', '.join(models())}", "if1", new_scene.read_models)
     return Answers(
-        models,
+        chosen,
         answer("axes", "Axes of each IF1 or IF2, 1 to 3 (other models have one)", "2", partial(_whole, *_AXES)),
         answer(
             "travel",

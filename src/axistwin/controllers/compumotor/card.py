@@ -193,7 +193,7 @@ def _product(model: str, title: str, commands: CommandSet, *, encoder: bool) -> 
         return Card(clock, commands, axes["motor"], options, encoder=encoder)
 
     return Product(
-        model, title, commands, axes=("motor",), options=Options, build=build,
+        model, title, commands, axes=("motor",), options=Options, build=build, family="compumotor", suffix=".181x",
         limit_pins=("ccw_limit", "cw_limit"), closed_level=False, drive_fault_pins={"motor": "shutdown_in"},
         home_pin="home", joystick=JoystickInputs(at_zero="at_zero", step="step_in", direction="direction_in"),
         make_front=lambda: getattr(import_module(f"{__package__}.front"), "FRONT_1811" if encoder else "FRONT"),
@@ -203,12 +203,10 @@ def _product(model: str, title: str, commands: CommandSet, *, encoder: bool) -> 
     )  # fmt: skip
 
 
-PRODUCTS = {
-    "1810": _product("1810", "Compumotor 1810 Multibus motor controller", COMMANDS_1810, encoder=False),
-    "1811": _product(
-        "1811", "Compumotor 1811 Multibus motor controller with encoder interface", COMMANDS_1811, encoder=True
-    ),
-}
+BOARD_1810 = _product("1810", "Compumotor 1810 Multibus motor controller", COMMANDS_1810, encoder=False)
+BOARD_1811 = _product(
+    "1811", "Compumotor 1811 Multibus motor controller with encoder interface", COMMANDS_1811, encoder=True
+)
 
 
 def _phase(board: Board) -> str:

@@ -189,7 +189,7 @@ ORDERS = (
 
 def _product(model: str, title: str, battery: bool) -> Product:
     return Product(
-        model, title, COMMANDS, axes=("X", "Y", "Z"), options=Options,
+        model, title, COMMANDS, axes=("X", "Y", "Z"), options=Options, family="digiplan", suffix=".if1",
         build=lambda clock, axes, options, store: Card(clock, axes, options, store if battery else NoBattery()),
         check=lambda sessions: import_module(f"{__package__}.checker.program").check(sessions, battery),
         make_rules=lambda: import_module(f"{__package__}.rules").RULES,
@@ -200,7 +200,5 @@ def _product(model: str, title: str, battery: bool) -> Product:
     )  # fmt: skip
 
 
-PRODUCTS = {
-    "if1": _product("if1", "Digiplan IF1 stepper motor interface", battery=False),
-    "if2": _product("if2", "Digiplan IF2 stepper motor interface with battery backup", battery=True),
-}
+IF1 = _product("if1", "Digiplan IF1 stepper motor interface", battery=False)
+IF2 = _product("if2", "Digiplan IF2 stepper motor interface with battery backup", battery=True)

@@ -134,11 +134,11 @@ ORDERS = (
 )
 SMARTMOTOR = Product(
     "smartmotor", "Animatics SmartMotor, firmware 4.76", COMMANDS, axes=("shaft",), options=Options,
-    build=SmartMotor, make_axis=servo_axis, note=jit.note, prepare=prepare, prepared=prepared,
+    family="smartmotor", suffix=".sms", build=SmartMotor, make_axis=servo_axis, note=jit.note, prepare=prepare,
+    prepared=prepared,
     check=lambda sessions: import_module(f"{__package__}.checker.program").check(sessions),
     make_rules=lambda: import_module(f"{__package__}.rules").RULES,
     make_front=lambda: import_module(f"{__package__}.front").FRONT,
     line=UartFormat(), limit_pins=("D", "C"), brake_pin="brake", closed_level=False,
     programs=(PROGRAM_NAME,), orders=lambda program: ORDERS,
 )  # fmt: skip
-PRODUCTS = {SMARTMOTOR.model: SMARTMOTOR}

@@ -4,7 +4,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from importlib import import_module
 
-from axistwin.bench import FAMILIES, Controller
+from axistwin.bench import Controller
 from axistwin.controllers.product import Product
 from axistwin.real.hosts.end import End
 
@@ -81,7 +81,7 @@ def connect(controller: Controller, output: str, *inputs: str) -> None:
 
 
 def dialect(product: Product) -> Dialect:
-    found: Dialect = import_module(f"axistwin.real.probing.{FAMILIES[product.model]}").DIALECT
+    found: Dialect = import_module(f"axistwin.real.probing.{product.family}").DIALECT
     return found
 
 

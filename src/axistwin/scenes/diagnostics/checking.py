@@ -10,9 +10,10 @@ from functools import partial
 from itertools import takewhile
 from pathlib import Path
 
-from axistwin.bench import FAMILIES, product, rules
+from axistwin.bench import product, rules
 from axistwin.bench.acts import Act, Comment, Do, Say
 from axistwin.bench.codec import CHARACTERS, Codec, codec_of
+from axistwin.bench.models import OURS
 from axistwin.bench.programs.command_lines import command_line, named_keyboard
 from axistwin.bench.programs.hex_commands import command_string
 from axistwin.bench.programs.running import check_headers, form_of, unknown_kind
@@ -36,9 +37,9 @@ def kind_of(program: Path, made: Product | None = None) -> str:
 
 def check_kind(program: Path, made: Product) -> None:
     """Raise UsageError if a program is for another family; a conversation is for any family."""
-    meant = FAMILIES[MODELS.get(kind_of(program), made.model)]
-    if meant != FAMILIES[made.model]:
-        own_models = " or ".join(name for name, family in FAMILIES.items() if family == meant)
+    kind = kind_of(program)
+    if kind in MODELS and kind != made.suffix:
+        own_models = " or ".join(name for name in OURS if product(name).suffix == kind)
         raise UsageError(
             f"{program} is a program for {own_models}, not for {made.model}: choose another program or another model"
         )

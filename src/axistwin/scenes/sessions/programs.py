@@ -8,7 +8,7 @@ from axistwin.bench import Bench
 from axistwin.controllers.diagnostics import Severity
 from axistwin.core.errors import ProgramError, UsageError
 from axistwin.scenes.diagnostics.checking import check_kind, diagnose_text
-from axistwin.scenes.hosting import KINDS, STORED
+from axistwin.scenes.hosting import SENT, STORED
 
 OFF_S = 0.1  # Time for which a controller is switched off before a load; its serial lines become idle in this time.
 
@@ -20,7 +20,7 @@ def checked(bench: Bench, name: str, filename: str, text: str, known: Mapping[st
     column; UsageError.
     """
     file, controller = Path(filename), bench[name]
-    if file.suffix.lower() not in (STORED, *KINDS):
+    if file.suffix.lower() not in (STORED, *SENT):
         raise UsageError(f"cannot load {filename}: expected SmartMotor source (.sms) or command lines (.if1, .181x)")
     check_kind(file, controller.product)
     if controller.product.attend is None and name not in bench.ports:

@@ -10,9 +10,10 @@ from itertools import pairwise
 from textwrap import dedent
 from typing import Any
 
-from axistwin.bench import FAMILIES, product
+from axistwin.bench import is_model, product
 from axistwin.bench.faults.kinds import KINDS
 from axistwin.bench.faults.table import On
+from axistwin.bench.models import models
 from axistwin.scenes.tables import SERVO_SCHEMA, has_servo, scene_schema
 from axistwin.ui.editor.answers import Hover, Item, Symbol
 from axistwin.ui.editor.talk import terminals
@@ -103,7 +104,7 @@ def _model(lines: list[str], line: int) -> str:
     for each in lines[begin:]:
         if each.lstrip().startswith("[["):
             break
-        if (found := _MODEL.match(each)) and found["model"].lower() in FAMILIES:
+        if (found := _MODEL.match(each)) and is_model(found["model"]):
             return found["model"].lower()
     return ""
 
@@ -167,7 +168,7 @@ def _values(lines: list[str], line: int, key: str, node: dict[str, Any], typed: 
 
 def _words(lines: list[str], line: int, key: str, node: dict[str, Any]) -> Iterator[str]:
     if key == "model" and "enum" not in node:
-        yield from FAMILIES
+        yield from models()
     elif key in TERMINAL_KEYS:
         yield from (f"{name}.{pin}" for name, model in _controllers(lines) for pin in terminals(model)["pins"])
     elif key == "master":

@@ -4,16 +4,17 @@ import re
 from collections.abc import Callable, Iterable, Iterator
 from functools import cache, partial
 
-from axistwin.bench import FAMILIES, Bench, product
+from axistwin.bench import Bench, is_model, product
 from axistwin.bench.actions import LEVELS, subjects, targets
 from axistwin.bench.codec import codec_of
+from axistwin.bench.models import models
 from axistwin.bench.talk.conversation import named_model
 from axistwin.controllers.diagnostics import Session
 from axistwin.controllers.product import Product
 from axistwin.core.errors import with_article
 from axistwin.scenes.diagnostics.checking import read_acts, sessions
 from axistwin.ui.editor import compumotor, digiplan, smartmotor
-from axistwin.ui.editor.answers import Hover, Item, Symbol
+from axistwin.ui.editor.answers import Hover, Item, Symbol, item
 
 _LINE = re.compile(r"(?P<before>\s*(?:(?P<name>[\w.-]+):\s+)?(?P<mark>[;+><!=])\s*)(?P<rest>.*)", re.DOTALL)
 _ESCAPE = re.compile(r"\\(?:x[0-9A-Fa-f]{2}|.?)")
@@ -58,14 +59,14 @@ class Conversations:
 
     def symbols(self, lines: list[str]) -> list[Symbol]:
         made = _product(lines)
-        if made is None or FAMILIES[made.model] != "digiplan":
+        if made is None or made.family != "digiplan":
             return []
         return [symbol for number, line in enumerate(lines, 1) for symbol in _sequences(line, number)]
 
 
 def _product(lines: list[str]) -> Product | None:
     named = named_model(lines)
-    return product(named) if named.lower() in FAMILIES else None
+    return product(named) if is_model(named) else None
 
 
 def _masked(text: str) -> str:
@@ -81,22 +82,26 @@ def _pieces(text: str) -> Iterator[tuple[int, str]]:
 
 
 def _data_hover(made: Product, text: str, at: int, offset: int) -> Hover | None:
-    if FAMILIES[made.model] == "compumotor":
+    if made.family == "compumotor":
         return compumotor.Commands(made).hover_at(text.partition(";")[0], at, offset)
     begin, piece = next((b, p) for b, p in reversed(list(_pieces(text))) if b <= at)
-    if FAMILIES[made.model] == "digiplan":
+    if made.family == "digiplan":
         return digiplan.hover(piece, at - begin, offset + begin)
+    if made.family != "smartmotor":
+        return None
     words = ((m.start(), m[0]) for m in re.finditer(r"[^ \t]+", piece))
     word = next(((b, word) for b, word in words if b <= at - begin <= b + len(word)), None)
     return smartmotor.hover(word[1], at - begin - word[0], offset + begin + word[0]) if word else None
 
 
 def _data_completions(made: Product, text: str, session: Callable[[], Session]) -> list[Item]:
-    if FAMILIES[made.model] == "compumotor":
+    if made.family == "compumotor":
         return compumotor.Commands(made, ".talk").complete_at(text, session)
     *_, (_, piece) = _pieces(text)
-    if FAMILIES[made.model] == "digiplan":
+    if made.family == "digiplan":
         return digiplan.following(piece)
+    if made.family != "smartmotor":
+        return [item(each, str(each.code)) for each in made.commands] if not piece.strip() else []
     return smartmotor.following(piece, smartmotor.Source(()), None)
 
 
@@ -164,5 +169,5 @@ def _terminal(made: Product | None, text: str, at: int, offset: int) -> Hover | 
 
 def _headers(text: str) -> list[Item]:
     if text.startswith("model:"):
-        return [Item(model, "value", product(model).title) for model in FAMILIES]
+        return [Item(model, "value", product(model).title) for model in models()]
     return [Item(f"{key}: ", "key") for key in ("model", "options", "line", "patience")] if not text else []

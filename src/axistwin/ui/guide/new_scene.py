@@ -5,17 +5,18 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import count
 
-from axistwin.bench import FAMILIES
+from axistwin.bench import is_model, product
+from axistwin.bench.models import models
 from axistwin.core.errors import UsageError
 from axistwin.links.urls import PortUrl, parse
+from axistwin.plant.axes import servo_axis
 
 DIGIPLAN_AXES = "XYZ"
-SUFFIXES = {"digiplan": ".if1", "compumotor": ".181x", "smartmotor": ".sms"}
+STORED, TALK = ".sms", ".talk"
 LEAST_TRAVEL, MOST_TRAVEL = 100, 100_000_000
 INSIDE, OUTSIDE, BOTH = HOSTS = ("scene", "outside", "both")
 """Choices for the host: simulated by the scene, an external program at a port, or both."""
 BUS_PORT = 1811
-FIRST = {"digiplan": "127.0.0.1:5001", "smartmotor": "127.0.0.1:5001", "compumotor": f"127.0.0.1:{BUS_PORT}"}
 
 
 @dataclass(frozen=True)
@@ -31,13 +32,12 @@ class Answers:
 
 def read_models(text: str) -> tuple[str, ...]:
     """Parse a list of models such as `if1, smartmotor`.  Raises UsageError for an unknown model."""
-    models = tuple(word.lower() for word in text.replace(",", " ").split())
-    known_models = ", ".join(FAMILIES)
-    if unknown_model := next((model for model in models if model not in FAMILIES), ""):
-        raise UsageError(f"no model {unknown_model!r}: expected one or more of {known_models}")
-    if not models:
-        raise UsageError(f"no model is given: expected one or more of {known_models}")
-    return models
+    found = tuple(word.lower() for word in text.replace(",", " ").split())
+    if unknown_model := next((model for model in found if not is_model(model)), ""):
+        raise UsageError(f"no model {unknown_model!r}: expected one or more of {', '.join(models())}")
+    if not found:
+        raise UsageError(f"no model is given: expected one or more of {', '.join(models())}")
+    return found
 
 
 def read_port(text: str) -> PortUrl:
@@ -78,14 +78,14 @@ def _scene(answers: Answers, names: Sequence[str], programs: Sequence[str]) -> I
     for index, (model, name) in enumerate(zip(answers.models, names, strict=True)):
         yield from ("", "[[controller]]", f'model = "{model}"', f'name = "{name}"')
         if programs:
-            yield _program_line(FAMILIES[model], programs[index])
+            yield _program_line(programs[index])
         if answers.host != INSIDE:
             yield f'ports = ["{ports[index]}"]'
         yield from _axes(answers, model)
 
 
-def _program_line(family: str, program: str) -> str:
-    if family == "smartmotor":
+def _program_line(program: str) -> str:
+    if program.endswith(STORED):
         return f'program = "{program}"               # stored in the motor; it starts at power-up'
     return f'host = "{program}"                  # a simulated host sends these lines'
 
@@ -94,7 +94,7 @@ def _ports(answers: Answers) -> list[PortUrl]:
     serial, bus = count(answers.port.port), count(BUS_PORT)
     found = []
     for model in answers.models:
-        if FAMILIES[model] == "compumotor":
+        if product(model).line is None:
             found.append(PortUrl("bus", answers.port.host, next(bus) if answers.port.port else 0))
         else:
             found.append(replace(answers.port, port=next(serial) if answers.port.port else 0))
@@ -102,25 +102,26 @@ def _ports(answers: Answers) -> list[PortUrl]:
 
 
 def _axes(answers: Answers, model: str) -> Iterator[str]:
-    family = FAMILIES[model]
-    axes = {"digiplan": DIGIPLAN_AXES[: answers.axes], "compumotor": ("motor",), "smartmotor": ("shaft",)}[family]
-    unit = "encoder counts" if family == "smartmotor" else "motor pulses"
-    for axis in axes:
+    made = product(model)
+    servo = made.make_axis is servo_axis
+    unit = "encoder counts" if servo else "motor pulses"
+    for axis in made.axes[: answers.axes]:
         yield from ("", f"[controller.axes.{axis}]")
         yield f"limits = [-100, {answers.travel}]    # in {unit}: a limit switch opens beyond each"
         yield '# units = { per = 80, of = "mm" }    # then limits = ["-1 mm", "250 mm"], and pictures in mm'
-        if family == "smartmotor":
+        if servo:
             yield 'motor = "frame23"          # a data sheet: frame17, frame23, frame34; without it the motor is ideal'
-    if family != "smartmotor":
+    if not servo:
         yield "# motor = { torque = [[0, 1.2], [5000, 0.4]], inertia = 3e-5 }    # pulses/s, N·m: the motor can stall"
 
 
 def _programs(answers: Answers, names: Sequence[str]) -> Iterator[tuple[str, str]]:
     distance = min(answers.travel // 2, 4000)
     for model, name in zip(answers.models, names, strict=True):
-        family = FAMILIES[model]
+        made = product(model)
         moves = "\n".join(f"{axis}{distance}@1000$\n{axis}-{distance}$" for axis in DIGIPLAN_AXES[: answers.axes])
-        yield f"{name}{SUFFIXES[family]}", PROGRAMS[family].format(distance=distance, moves=moves)
+        text = PROGRAMS.get(made.family, PLAIN)
+        yield f"{name}{made.suffix or TALK}", text.format(model=model, distance=distance, moves=moves)
 
 
 PROGRAMS = {
@@ -149,3 +150,8 @@ END
 """,
 }
 """The first program of a controller, by family."""
+PLAIN = """\
+; model: {model}
+; Lines of the host begin with >, e.g. > 1PA1000\\r; `axistwin commands {model}` lists its commands.
+"""
+"""The first conversation of a controller that is not ours."""

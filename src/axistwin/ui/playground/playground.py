@@ -12,13 +12,14 @@ from shutil import rmtree
 from time import perf_counter
 from typing import Any
 
-from axistwin.bench import FAMILIES, Bench, Controller
+from axistwin.bench import Bench, Controller
 from axistwin.bench.codec import codec_of, unpadded
 from axistwin.bench.controller import on_a_bus
+from axistwin.bench.models import models
 from axistwin.controllers.front import Item, Lamp
 from axistwin.core.errors import PlacedError, UsageError
 from axistwin.core.version import VERSION
-from axistwin.scenes.diagnostics.checking import MODELS, PROGRAMS, diagnose_text
+from axistwin.scenes.diagnostics.checking import PROGRAMS, diagnose_text
 from axistwin.scenes.scene import Scene
 from axistwin.scenes.sessions.saving import SCENE
 from axistwin.scenes.sessions.session import Session
@@ -51,7 +52,7 @@ class Playground:
     def choices(self) -> dict[str, Any]:
         found = [one for one in examples().values() if one.scene and one.command == "axistwin run"]
         return {
-            "version": VERSION, "models": list(FAMILIES),
+            "version": VERSION, "models": list(models()),
             "examples": [{"name": one.name, "title": one.title} for one in found], "largest": LONGEST_CONTENTS,
         }  # fmt: skip
 
@@ -150,7 +151,6 @@ class Playground:
         }  # fmt: skip
 
     def _parts(self, name: str, controller: Controller) -> dict[str, Any]:
-        family = FAMILIES[controller.product.model]
         drawn = self._pictures.drawn(name)
         pins = [(pin, found) for pin, found in controller.pins.items() if pin not in drawn]
         lamps = [(group, item) for group in controller.product.front for item in group.items if isinstance(item, Lamp)]
@@ -159,7 +159,7 @@ class Playground:
             "model": controller.product.model,
             "commands": on_a_bus(controller),
             "port": on_a_bus(controller) or name in self._now.bench.ports,
-            "suffix": next(suffix for suffix, model in MODELS.items() if FAMILIES[model] == family),
+            "suffix": controller.product.suffix or ".talk",
             "axes": [
                 {"name": f"{name}.{axis}", "unit": found.unit, "limits": list(found.limits) if found.limits else None}
                 for axis, found in controller.axes.items()

@@ -138,6 +138,36 @@ class Guide(ABC):
         return ""
 
 
+class PlainGuide(Guide):
+    """Explains a controller of another package: its commands, its power, and the hint that it gives itself."""
+
+    @property
+    def ready(self) -> bool:
+        return self.controller.powered
+
+    def reasons(self) -> Iterator[Reason]:
+        if not self.controller.powered:
+            yield Reason("the power is off", self.remedies.power("on"))
+        elif self.controller.hint:
+            yield Reason(self.controller.hint)
+        else:
+            yield from self.line()
+
+    def answer(self, request: bytes, reply: bytes) -> str:  # noqa: ARG002
+        return ""
+
+    def number(self, value: int) -> Iterator[str]:  # noqa: ARG002
+        yield from ()
+
+    def command(self, text: str) -> Iterator[str]:
+        for command in self.controller.product.commands:
+            if str(command.code).lower() == text.lower():
+                yield described(command)
+
+    def initialisation(self) -> Iterator[Act]:
+        yield from ()
+
+
 def _whole(text: str) -> int | None:
     return int(text) if text.lstrip("-").isdecimal() else None
 

@@ -7,7 +7,8 @@ import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
-from axistwin.bench import FAMILIES, Controller
+from axistwin.bench import Controller, is_model, product
+from axistwin.bench.models import OURS
 from axistwin.core.errors import UsageError
 
 STARTED_S = 1.5  # Virtual time in seconds from power-up until every model is ready for the first command of a lesson.
@@ -207,7 +208,8 @@ COURSES = {"digiplan": IF1, "compumotor": BOARD, "smartmotor": MOTOR}
 
 
 def course(model: str) -> tuple[Lesson, ...]:
-    """Return the lessons for a controller model.  Raises UsageError for an unknown model."""
-    if model.lower() not in FAMILIES:
-        raise UsageError(f"no lessons for {model!r}: expected one of {', '.join(FAMILIES)}")
-    return COURSES[FAMILIES[model.lower()]]
+    """Return the lessons for a controller model.  Raises UsageError if there are none."""
+    found = COURSES.get(product(model).family, ()) if is_model(model) else ()
+    if not found:
+        raise UsageError(f"no lessons for {model!r}: expected one of {', '.join(OURS)}")
+    return found

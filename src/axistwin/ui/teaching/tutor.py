@@ -4,7 +4,7 @@ import re
 from collections.abc import Iterator, Sequence
 from difflib import get_close_matches
 
-from axistwin.bench import FAMILIES, Controller
+from axistwin.bench import Controller
 from axistwin.bench.acts import Act
 from axistwin.bench.controller import on_a_bus
 from axistwin.controllers.diagnostics import Diagnostic, Rule, Severity, check_last
@@ -12,7 +12,7 @@ from axistwin.controllers.product import Refusal
 from axistwin.core.errors import PlacedError
 from axistwin.scenes.diagnostics.codes import tables
 from axistwin.sim.manual_actions import ManualAct
-from axistwin.ui.teaching.guide import Guide, Refused, Term
+from axistwin.ui.teaching.guide import Guide, PlainGuide, Refused, Term
 from axistwin.ui.teaching.remedies import Remedies
 
 LONGEST = 400  # Number of earlier lines that are checked together with a new line of the host.
@@ -103,7 +103,7 @@ class Tutor:
         return reasons or [f"the last line was ignored: {self._ignored}"] * bool(self._ignored)
 
     def _suggested(self, count: int) -> list[str]:
-        width = max(len(line) for line, _ in self.guide.suggestions[:count])
+        width = max((len(line) for line, _ in self.guide.suggestions[:count]), default=0)
         return [f"type  {line.ljust(width)}   {meaning}" for line, meaning in self.guide.suggestions[:count]]
 
     def _explanations(self, words: str) -> Iterator[str]:
@@ -145,8 +145,7 @@ class Tutor:
 
     def _refused(self, line: bytes) -> Sequence[Diagnostic]:
         check = self.controller.product.check
-        assert check is not None, "every family has a checker"
-        return check_last(check, [*self._lines, line])
+        return check_last(check, [*self._lines, line]) if check is not None else ()
 
     def _note_refusal(self, refusal: Refusal) -> None:
         self._ignored = "" if refusal.rule is not None else refusal.why
@@ -158,7 +157,7 @@ class Tutor:
 
 
 def _guide(controller: Controller, refused: Refused) -> Guide:
-    match FAMILIES[controller.product.model]:
+    match controller.product.family:
         case "digiplan":
             from axistwin.ui.teaching.digiplan import DigiplanGuide
 
@@ -167,6 +166,8 @@ def _guide(controller: Controller, refused: Refused) -> Guide:
             from axistwin.ui.teaching.compumotor import CompumotorGuide
 
             return CompumotorGuide(controller, refused)
-    from axistwin.ui.teaching.smartmotor import SmartMotorGuide
+        case "smartmotor":
+            from axistwin.ui.teaching.smartmotor import SmartMotorGuide
 
-    return SmartMotorGuide(controller, refused)
+            return SmartMotorGuide(controller, refused)
+    return PlainGuide(controller, refused)

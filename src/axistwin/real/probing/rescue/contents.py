@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 from importlib import import_module
 from typing import Any
 
-from axistwin.bench import FAMILIES, Bench, product
+from axistwin.bench import Bench, product
 from axistwin.real.hosts.exchange import Exchange
 
 
@@ -51,5 +51,5 @@ class Reader:
 
 
 def reader(model: str) -> Reader:
-    found: Reader = import_module(f"{__package__}.{FAMILIES[product(model).model]}").READER
+    found: Reader = import_module(f"{__package__}.{product(model).family}").READER
     return found

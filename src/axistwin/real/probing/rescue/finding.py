@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import partial
 
-from axistwin.bench import FAMILIES, product
+from axistwin.bench import product
 from axistwin.core.errors import LinkError
 from axistwin.real.hosts.end import End
 from axistwin.real.hosts.exchange import Exchange
@@ -70,7 +70,7 @@ def find(
 
 
 def _kind(model: str) -> str:
-    return "if1" if FAMILIES[product(model).model] == "digiplan" else "smartmotor"
+    return "if1" if product(model).family == "digiplan" else "smartmotor"
 
 
 def _attempts(kinds: tuple[str, ...], line: UartFormat | None, *, fixed: bool) -> Iterator[Attempt]:

@@ -9,17 +9,15 @@ from nicegui import ui
 from nicegui.elements.upload_files import FileUpload
 from nicegui.events import GenericEventArguments, UploadEventArguments
 
-from axistwin.bench import FAMILIES, Controller, endpoints
+from axistwin.bench import Controller, endpoints
 from axistwin.controllers.product import Listing, Order
 from axistwin.core.storage import encoding_of, split_at_end
-from axistwin.scenes.hosting import KINDS
 from axistwin.ui.panel.context import Context, Refresh, seldom
 from axistwin.ui.panel.drawings.listing import Lines
 from axistwin.ui.panel.turns import breathe
 
 MOST_BYTES = 1 << 18  # Largest program: ten times a real one, but less than a browser's message can contain.
 TOO_LONG = f"the text is too long: expected at most {MOST_BYTES:,} characters"
-SUFFIXES = {**KINDS, ".sms": "smartmotor"}  # Controller family by suffix of the program file.
 EMPTY = Listing("", ())
 SELDOM = 4  # Number of frames between two updates; an update is slow, because it advances the motor to find its line.
 
@@ -144,8 +142,7 @@ class _View:
 class _Loading:
     def __init__(self, context: Context, name: str) -> None:
         self.context, self.name = context, name
-        family = FAMILIES[context.bench[name].product.model]
-        suffix = next((each for each, whose in SUFFIXES.items() if whose == family), "")
+        suffix = context.bench[name].product.suffix
         with ui.dialog() as self._dialog, ui.card().classes("loading"):
             ui.label(f"A program for {name}").classes("title")
             self._upload = ui.upload(

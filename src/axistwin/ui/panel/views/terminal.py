@@ -5,13 +5,14 @@ from functools import partial
 
 from nicegui import ui
 
-from axistwin.bench import FAMILIES, actions, endpoints
+from axistwin.bench import actions, endpoints
 from axistwin.core.errors import ProgramError, UsageError
 from axistwin.ui.panel.context import Context, Refresh
 from axistwin.ui.panel.talk import Printer, Talk
 from axistwin.ui.panel.views.asides import Asides
 from axistwin.ui.panel.views.lessons import lessons
 from axistwin.ui.teaching.commands import own_command
+from axistwin.ui.teaching.lessons import COURSES
 
 SCREEN = {
     "rows": 12, "cols": 100, "fontSize": 12, "convertEol": False, "disableStdin": False, "scrollback": 4000,
@@ -30,11 +31,11 @@ REMEMBERED = 100
 def terminal(context: Context, name: str) -> Refresh:
     """Build the terminal of an endpoint: a controller, its second channel, or a line with several motors."""
     whole = endpoints.at_a_bus(context.bench, name)
-    known = name in context.bench.controllers and context.bench[name].product.model in FAMILIES
-    asides = Asides(context, name) if known else None
+    asides = Asides(context, name) if name in context.bench.controllers else None
     with ui.row().classes("terminal-head"):
         client = ui.label().classes("quiet").mark(f"client-{name}")
-        show_lesson = lessons(context, name, asides) if asides is not None else lambda: None
+        taught = asides if name in context.bench.controllers and context.bench[name].product.family in COURSES else None
+        show_lesson = lessons(context, name, taught) if taught is not None else lambda: None
     screen = ui.xterm(SCREEN, on_data=lambda event: _typed(context, name, event.data)).classes("terminal")
     screen.props(f'data-test="terminal {name}" aria-label="what is said at {name}"')
     screen.run_terminal_method(":attachCustomKeyEventHandler", f"({FITTED.format(id=screen.id)}, {PASSED_ON})")
