@@ -109,7 +109,7 @@ def test_a_contact_that_changes_while_it_bounces_ends_at_its_last_level(bench):
 def test_an_open_limit_switch(model):
     bench = Bench()
     controller = bench.add(model)
-    minus, plus = controller.product.limit_pins
+    [(minus, plus), *_] = controller.product.limit_pins.values()
     if model == "smartmotor":
         controller.pins["C"].drive(False)
         controller.pins["D"].drive(False)

@@ -2,8 +2,8 @@
 
 from typing import TYPE_CHECKING
 
-from axistwin.bench.line_format import line_format
 from axistwin.core.lazy import lazy
+from axistwin.sim.line_format import line_format
 
 if TYPE_CHECKING:
     from axistwin.bench.actions import action

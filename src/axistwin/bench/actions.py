@@ -12,7 +12,6 @@ from functools import partial
 
 from axistwin.bench.bench import Bench
 from axistwin.bench.controller import Controller, on_a_bus
-from axistwin.bench.line_format import line_format
 from axistwin.core.errors import ProgramError, UsageError
 from axistwin.core.numbers import MOST_CHARACTERS, decimal, real, shortened
 from axistwin.core.units import to_ns
@@ -21,6 +20,7 @@ from axistwin.plant.joystick import FASTEST
 from axistwin.plant.servo_axis import ServoAxis
 from axistwin.sim import serial_port
 from axistwin.sim.frames import UartFormat
+from axistwin.sim.line_format import line_format
 from axistwin.sim.manual_actions import MOST_COUNTS
 from axistwin.sim.pins import LEAST_VOLTS, MOST_VOLTS, PULLED_UP_VOLTS, Pin, UserPin
 from axistwin.sim.registers import RegisterPort

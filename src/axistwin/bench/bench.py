@@ -159,7 +159,8 @@ class Bench:
         store: MemoryStore | FileStore = MemoryStore() if state is None else FileStore(Path(state) / f"{name}.json")
         device = made.build(self.clock, axes, own_options, store)
         fit_switches(made, device, axes)
-        controller = Controller(name, made, device, axes, fit_plug(self.clock, device.abilities, line, made.line))
+        plug = fit_plug(self.clock, device.abilities, line, made.line)
+        controller = Controller(name, made, device, axes, plug, self.clock)
         controller.bench, controller.given, controller.store = self, given, store
         self.controllers[name] = controller
         controller.power(True)

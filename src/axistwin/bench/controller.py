@@ -13,6 +13,7 @@ from axistwin.plant.axes import Axis
 from axistwin.plant.joystick import Joystick
 from axistwin.plant.master import Master
 from axistwin.plant.servo_axis import ServoAxis
+from axistwin.sim.clock import Clock
 from axistwin.sim.frames import UartFormat
 from axistwin.sim.manual_actions import ManualAct, ManualActions
 from axistwin.sim.pins import Pin
@@ -29,14 +30,14 @@ class Controller:
     """A controller on a bench, with its ports, pins and axes."""
 
     def __init__(
-        self, name: str, made: Product, device: Device, axes: Mapping[str, Axis], plug: Plug | None = None
+        self, name: str, made: Product, device: Device, axes: Mapping[str, Axis], plug: Plug | None, clock: Clock
     ) -> None:
         self.name, self.product = name, made
         self.axes: Mapping[str, Axis] = axes
         self.pins: Mapping[str, Pin] = device.pins
         self.bench: Bench | None = None
         self._device, self._plug = device, plug
-        self._clock = next(iter(self.pins.values())).clock
+        self._clock = clock
         self.manual_actions = ManualActions(self._clock)  # Reports actions of a person, e.g. of the power switch.
         self.powered = False
         self._turns: deque[bool] = deque()  # Pending requests to switch the power on (True) or off (False).

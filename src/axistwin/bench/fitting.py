@@ -3,7 +3,6 @@
 from collections.abc import Mapping
 from typing import NamedTuple
 
-from axistwin.bench.line_format import line_format
 from axistwin.controllers.product import Abilities, Device, Product
 from axistwin.core.errors import UsageError
 from axistwin.plant.axes import Axis
@@ -11,6 +10,7 @@ from axistwin.plant.stepper import StepperAxis
 from axistwin.plant.switches import PositionSwitch, in_series
 from axistwin.sim.clock import Clock
 from axistwin.sim.frames import UartFormat
+from axistwin.sim.line_format import line_format
 from axistwin.sim.pins import connect
 from axistwin.sim.serial_port import SerialPort
 from axistwin.sim.wirings import direct, shared_pair
@@ -52,16 +52,15 @@ def fit_second_port(abilities: Abilities, plug: Plug | None) -> SerialPort | Non
 
 def fit_switches(made: Product, device: Device, axes: Mapping[str, Axis]) -> None:
     """Connect position switches: limit switches open beyond `limits`; the home input is high within `home`."""
-    minus, plus = [], []
+    inputs: dict[str, list[PositionSwitch]] = {}
     for name, axis in axes.items():
-        if axis.limits is not None:
-            first, last = axis.limits
-            minus.append(PositionSwitch(axis, first, None))
-            plus.append(PositionSwitch(axis, None, last))
+        if axis.limits is not None and name in made.limit_pins:
+            (first, last), (minus, plus) = axis.limits, made.limit_pins[name]
+            inputs.setdefault(minus, []).append(PositionSwitch(axis, first, None))
+            inputs.setdefault(plus, []).append(PositionSwitch(axis, None, last))
         if isinstance(axis, StepperAxis) and axis.home is not None:
-            if made.home_pin is None:
+            if name not in made.home_pins:
                 raise UsageError(f"{made.model} has no home input: leave out the option `home` of axis {name}")
-            in_series([PositionSwitch(axis, *axis.home)], device.pins[made.home_pin])
-    if made.limit_pins and minus:
-        in_series(minus, device.pins[made.limit_pins[0]], closed=made.closed_level)
-        in_series(plus, device.pins[made.limit_pins[1]], closed=made.closed_level)
+            in_series([PositionSwitch(axis, *axis.home)], device.pins[made.home_pins[name]])
+    for pin, switches in inputs.items():
+        in_series(switches, device.pins[pin], closed=made.closed_level)

@@ -211,12 +211,12 @@ class Product(NamedTuple):
     check: "Checker | None" = None
     make_rules: Callable[[], "tuple[Rule, ...]"] = tuple  # Function that imports and returns `rules`.
     line: UartFormat | None = None  # Default character format of the host; None: no serial port.
-    limit_pins: tuple[str, str] | None = None
-    """Pins of the minus and the plus limit input, which the limit switches of all axes share."""
+    limit_pins: Mapping[str, tuple[str, str]] = MappingProxyType({})
+    """Pins of the minus and the plus limit input, by axis; axes with the same pins share them in series."""
     closed_level: bool = True  # Level of the `limit_pins` while their switches are closed.
     drive_fault_pins: Mapping[str, str] = MappingProxyType({})
     """Pins that are low while a drive has a fault, by the name of its axis."""
-    home_pin: str | None = None
+    home_pins: Mapping[str, str] = MappingProxyType({})  # Pins of the home input, by axis.
     brake_pin: str | None = None  # The pin that is high while the static brake must hold the shaft.
     language: Language | None = None  # Text form of the commands of a device on a bus; None: the commands are text.
     note: Callable[[], str] = lambda: ""

@@ -6,7 +6,6 @@ the machine's own state.
 
 from collections.abc import Callable, Sequence
 from contextlib import ExitStack
-from typing import ClassVar
 
 from axistwin.core.errors import UsageError, installed
 from axistwin.core.lazy import NDArray, np
@@ -90,7 +89,7 @@ class EncoderView:
 class StepperAxis(Shaft):
     """A stepper motor with load and encoder; without a `motor` it is ideal and never stalls."""
 
-    unit: ClassVar[str] = "pulses"  # Unit of positions.
+    unit = "pulses"  # Unit of positions; "counts" for a motor that is driven by the counts of its encoder.
 
     def __init__(
         self, clock: Clock, name: str, *, motor: StepperMotor | None = None, load: Load | None = None,

@@ -99,14 +99,14 @@ def check_wire(spot: Spot) -> None:
 def open_limit(case: Case) -> Mend:
     """Fault: the circuit of a limit switch is open."""
     product, pins = case.spot.machine.product, case.spot.machine.pins
-    assert product.limit_pins is not None, "check_limits was called"
-    sides = {"minus": product.limit_pins[:1], "plus": product.limit_pins[1:], "both": product.limit_pins}
-    return all_of([pins[name].hold(not product.closed_level) for name in sides[case.values["side"]]])
+    sides = {"minus": slice(0, 1), "plus": slice(1, 2), "both": slice(0, 2)}
+    names = dict.fromkeys(name for both in product.limit_pins.values() for name in both[sides[case.values["side"]]])
+    return all_of([pins[name].hold(not product.closed_level) for name in names])
 
 
 def check_limits(spot: Spot) -> None:
     """Raise UsageError if the controller has no limit inputs."""
-    if spot.machine.product.limit_pins is None:
+    if not spot.machine.product.limit_pins:
         raise UsageError(f"controller {spot.name} has no inputs for limit switches: expected e.g. a SmartMotor")
 
 

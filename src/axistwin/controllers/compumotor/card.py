@@ -194,8 +194,9 @@ def _product(model: str, title: str, commands: CommandSet, *, encoder: bool) -> 
 
     return Product(
         model, title, commands, axes=("motor",), options=Options, build=build, family="compumotor", suffix=".181x",
-        limit_pins=("ccw_limit", "cw_limit"), closed_level=False, drive_fault_pins={"motor": "shutdown_in"},
-        home_pin="home", joystick=JoystickInputs(at_zero="at_zero", step="step_in", direction="direction_in"),
+        limit_pins={"motor": ("ccw_limit", "cw_limit")}, closed_level=False,
+        drive_fault_pins={"motor": "shutdown_in"}, home_pins={"motor": "home"},
+        joystick=JoystickInputs(at_zero="at_zero", step="step_in", direction="direction_in"),
         make_front=lambda: getattr(import_module(f"{__package__}.front"), "FRONT_1811" if encoder else "FRONT"),
         check=lambda sessions: import_module(f"{__package__}.checker.program").check(commands, sessions),
         make_rules=lambda: import_module(f"{__package__}.rules").RULES,

@@ -194,7 +194,7 @@ def _product(model: str, title: str, battery: bool) -> Product:
         check=lambda sessions: import_module(f"{__package__}.checker.program").check(sessions, battery),
         make_rules=lambda: import_module(f"{__package__}.rules").RULES,
         make_front=lambda: import_module(f"{__package__}.front").FRONT,
-        line=UartFormat(9600, 8, "N", 2), limit_pins=("limit_minus", "limit_plus"),
+        line=UartFormat(9600, 8, "N", 2), limit_pins=dict.fromkeys("XYZ", ("limit_minus", "limit_plus")),
         drive_fault_pins={axis: pin for pin, axis in DRIVES.items()},
         programs=(SEQUENCE,), orders=lambda program: ORDERS, most_lines=MOST_STEPS,
     )  # fmt: skip

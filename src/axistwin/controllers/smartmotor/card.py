@@ -139,6 +139,6 @@ SMARTMOTOR = Product(
     check=lambda sessions: import_module(f"{__package__}.checker.program").check(sessions),
     make_rules=lambda: import_module(f"{__package__}.rules").RULES,
     make_front=lambda: import_module(f"{__package__}.front").FRONT,
-    line=UartFormat(), limit_pins=("D", "C"), brake_pin="brake", closed_level=False,
+    line=UartFormat(), limit_pins={"shaft": ("D", "C")}, brake_pin="brake", closed_level=False,
     programs=(PROGRAM_NAME,), orders=lambda program: ORDERS,
 )  # fmt: skip

@@ -76,7 +76,7 @@ def extremes(run: RunRecord) -> Iterator[str]:
         yield f"{name}: least position {low}, greatest {high} {moves[0].unit}{told}"
     for change in run.changes:
         made = run.bench[change.controller].product
-        stops = (*(made.limit_pins or ()), *made.drive_fault_pins.values(), "estop")
+        stops = (*(pin for pins in made.limit_pins.values() for pin in pins), *made.drive_fault_pins.values(), "estop")
         if change.pin in stops and change.level is not made.closed_level:
             where = f"{change.controller}.{change.pin}"
             yield f"{to_seconds(change.time_ns):.6f} s  {where} opened: {level_name(change.level)}"

@@ -28,7 +28,7 @@ class Slide:
         assert axis.limits is not None, "a slide has limited travel"
         self.name, self.limits, self._units = name, axis.limits, axis.units
         self._frames = 0
-        self._switches = {part: pin for pin, part in on_slides(controller).items()}
+        self._switches = {part: pin for pin, part in on_slides(controller, self.name).items()}
         self._controller = controller
         self._in_series = sum(axis.limits is not None for axis in controller.axes.values()) > 1
         self.drawing = Drawing(

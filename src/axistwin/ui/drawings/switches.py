@@ -49,9 +49,9 @@ class Switches:
 
         Without a description of the front panel, all inputs.
         """
-        stick, home = controller.product.joystick, controller.product.home_pin
+        stick, homes = controller.product.joystick, controller.product.home_pins.values()
         for name, pin in controller.pins.items():
-            shown = name in self._lamps or name == home or not controller.product.front
+            shown = name in self._lamps or name in homes or not controller.product.front
             own = isinstance(pin, SensedPin) or (stick is not None and name == stick.at_zero)
             if shown and pin.drivable and not own:
                 yield name
@@ -83,14 +83,15 @@ class Switches:
         return f"{self._name}.{name}.  {doc}".strip()
 
 
-def on_slides(controller: Controller) -> dict[str, str]:
-    """Return the limit and home inputs that an axis shows, with the names of their parts in its drawing."""
-    product, axes = controller.product, [axis for axis in controller.axes.values() if axis.limits is not None]
-    if not axes:
-        return {}
-    found = dict(zip(product.limit_pins or (), ("minus", "plus"), strict=False))
-    if product.home_pin is not None and any(getattr(axis, "home", None) is not None for axis in axes):
-        found[product.home_pin] = "home"
+def on_slides(controller: Controller, *only: str) -> dict[str, str]:
+    """Return the limit and home inputs that the axes (or `only` these) show, with their parts in the drawing."""
+    product = controller.product
+    found: dict[str, str] = {}
+    for name, axis in controller.axes.items():
+        if axis.limits is not None and name in (only or (name,)):
+            found |= dict(zip(product.limit_pins.get(name, ()), ("minus", "plus"), strict=False))
+            if name in product.home_pins and getattr(axis, "home", None) is not None:
+                found[product.home_pins[name]] = "home"
     return found
 
 

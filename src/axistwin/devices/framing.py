@@ -1,0 +1,229 @@
+"""Framing: how the characters on a line become requests, and answers become characters."""
+
+import re
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from struct import Struct, error
+from typing import Any, NamedTuple
+
+from axistwin.core.units import to_ns
+from axistwin.devices.table import Entry, Refused, Why
+from axistwin.sim.frames import SOUND, LineError
+
+MOST_LINE = 256
+
+
+class Request(NamedTuple):
+    """A request of a host: its bytes, its command, and the values of the command's parameters or fields."""
+
+    data: bytes
+    entry: Entry
+    values: Mapping[str, Any]
+
+
+class Port(NamedTuple):
+    """What a reader of characters uses."""
+
+    take: Callable[[bytes, Refused | None], None]
+    """Function that is called with a whole request, and with the reason if its framing is wrong."""
+    echo: Callable[[bytes], None]
+    now: Callable[[], int]  # Virtual time in ns.
+
+
+Receive = Callable[[int, LineError], None]
+Find = Callable[[bytes, bytes], Request | None]
+
+
+class Framing(ABC):
+    """What `Lines` and `Datagrams` have in common."""
+
+    fields: tuple[str, ...] = ()
+    address: str = ""
+
+    @abstractmethod
+    def reader(self, port: Port) -> Receive:
+        """Return a function for each received character; it has the state of one power-on."""
+
+    @abstractmethod
+    def finder(self, entries: Iterable[Entry], axes: Mapping[str, Any]) -> Find:
+        """Return a function of a request's bytes and of the device's address: the request; None for other addresses.
+
+        The function raises Refused for an unknown command and for values out of range.
+        """
+
+    @abstractmethod
+    def written(self, answer: Any) -> bytes:
+        """Return the characters of an answer.  Raises TypeError for an answer that cannot be written."""
+
+
+@dataclass(frozen=True)
+class Lines(Framing):
+    r"""Lines of text that end with a terminator.
+
+    `ending`: terminator of the answers, by default that of the lines.  `echo`: each received character is sent back.
+    `ignore`: characters that are dropped, e.g. b"\n" for hosts that end lines with CR LF.  `separator`: character
+    between several commands in a line.  `address`: what each line begins with; `{address}` is the option of that name,
+    and other lines are for other devices.  `most`: longest line.
+    """
+
+    terminator: bytes = b"\r"
+    ending: bytes | None = None
+    echo: bool = False
+    ignore: bytes = b""
+    ignore_case: bool = False
+    separator: bytes = b""
+    address: str = ""
+    most: int = MOST_LINE
+
+    def reader(self, port: Port) -> Receive:
+        line, wrong = bytearray(), False
+
+        def receive(byte: int, errors: LineError) -> None:
+            nonlocal wrong
+            if self.echo:
+                port.echo(bytes([byte]))
+            wrong |= errors != SOUND
+            if byte in self.ignore:
+                return
+            line.append(byte)
+            if line.endswith(self.terminator):
+                data = bytes(line[: -len(self.terminator)])
+                reason = Refused("a character was received with an error", why=Why.FORMAT) if wrong else None
+                line.clear()
+                wrong = False
+                for part in data.split(self.separator) if self.separator else [data]:
+                    if part:
+                        port.take(part, reason)
+            elif len(line) > self.most:
+                port.take(bytes(line), Refused(f"a line is longer than {self.most} characters", why=Why.FORMAT))
+                line.clear()
+
+        return receive
+
+    def finder(self, entries: Iterable[Entry], axes: Mapping[str, Any]) -> Find:
+        table = [(entry, self.compiled(entry, axes)) for entry in entries]
+
+        def find(data: bytes, address: bytes) -> Request | None:
+            if not data.startswith(address):
+                return None
+            text = data[len(address) :].decode("latin-1").strip()
+            for entry, expression in table:
+                if found := expression.fullmatch(text):
+                    return Request(data, entry, entry.values(found.groupdict(), self.ignore_case))
+            raise Refused(f"unknown command {text!r}", why=Why.UNKNOWN)
+
+        return find
+
+    def compiled(self, entry: Entry, axes: Mapping[str, Any]) -> re.Pattern[str]:
+        return re.compile(entry.pattern.expression(axes), re.ASCII | (re.IGNORECASE if self.ignore_case else 0))
+
+    def written(self, answer: Any) -> bytes:
+        if isinstance(answer, bytes):
+            return answer
+        if not isinstance(answer, str | int | float) or isinstance(answer, bool):
+            raise TypeError(f"returned {type(answer).__name__}: expected text, a number, bytes or None")
+        return str(answer).encode("latin-1", "replace") + (self.terminator if self.ending is None else self.ending)
+
+
+def add8(data: bytes) -> bytes:
+    """Return the check sum of TMCL and others: the lowest 8 bits of the sum."""
+    return bytes([sum(data) & 0xFF])
+
+
+def xor8(data: bytes) -> bytes:
+    found = 0
+    for byte in data:
+        found ^= byte
+    return bytes([found])
+
+
+@dataclass(frozen=True)
+class Datagrams(Framing):
+    """Datagrams of fixed length, or with a length in their head, and perhaps with a check sum at the end.
+
+    `request`, `answer`: the fields as `struct` has them, e.g. `">BBBBi address code type motor value"`.  `check`:
+    function that returns the check sum's bytes of all bytes before.  `length`: name of the field of a request with the
+    number of bytes that follow the head; they are the field `data`.  `gap`: seconds of silence after which the rest of
+    a datagram is no longer expected.  `address`: what a datagram begins with, as in `Lines`.
+    """
+
+    request: str
+    answer: str
+    check: Callable[[bytes], bytes] = lambda data: b""
+    length: str = ""
+    gap: float = 0.1
+    address: str = ""
+
+    @cached_property
+    def _head(self) -> tuple[Struct, tuple[str, ...]]:
+        return _layout(self.request)
+
+    @cached_property
+    def fields(self) -> tuple[str, ...]:  # type: ignore[override]
+        return (*self._head[1], *(("data",) if self.length else ()))
+
+    def reader(self, port: Port) -> Receive:
+        held, last_ns, wrong = bytearray(), port.now(), False
+        head, names = self._head
+        tail, gap_ns = len(self.check(b"")), to_ns(self.gap)
+
+        def receive(byte: int, errors: LineError) -> None:
+            nonlocal last_ns, wrong
+            if port.now() - last_ns > gap_ns:
+                held.clear()
+                wrong = False
+            last_ns = port.now()
+            wrong |= errors != SOUND
+            held.append(byte)
+            if len(held) < head.size:
+                return
+            size = head.size + tail
+            if self.length:
+                size += int(head.unpack(held[: head.size])[names.index(self.length)])
+            if len(held) >= size:
+                data, broken = bytes(held), wrong or self.check(bytes(held[: size - tail])) != held[size - tail :]
+                held.clear()
+                wrong = False
+                port.take(data, Refused("the check sum is wrong", why=Why.FORMAT) if broken else None)
+
+        return receive
+
+    def finder(self, entries: Iterable[Entry], axes: Mapping[str, Any]) -> Find:  # noqa: ARG002
+        table, (head, names) = tuple(entries), self._head
+        tail = len(self.check(b""))
+
+        def find(data: bytes, address: bytes) -> Request | None:
+            if not data.startswith(address):
+                return None
+            values: dict[str, Any] = dict(zip(names, head.unpack(data[: head.size]), strict=True))
+            if self.length:
+                values["data"] = data[head.size : len(data) - tail]
+            for entry in table:
+                if all(values[name] == value for name, value in entry.pattern.fixed.items()):
+                    for parameter in entry.pattern.parameters:
+                        parameter.checked(values[parameter.name])
+                    return Request(data, entry, values)
+            raise Refused(f"unknown command {data.hex(' ')}", why=Why.UNKNOWN)
+
+        return find
+
+    def written(self, answer: Any) -> bytes:
+        if isinstance(answer, bytes):
+            return answer
+        if not isinstance(answer, Mapping):
+            raise TypeError(f"returned {type(answer).__name__}: expected the fields of an answer, bytes or None")
+        struct, names = _layout(self.answer)
+        try:
+            data = struct.pack(*(answer[name] for name in names))
+        except KeyError as missing:
+            raise TypeError(f"an answer without the field {missing}: expected {', '.join(names)}") from None
+        except error as wrong:
+            raise TypeError(f"an answer that does not fit {self.answer!r}: {wrong}") from None
+        return data + self.check(data)
+
+
+def _layout(text: str) -> tuple[Struct, tuple[str, ...]]:
+    form, *names = text.split()
+    return Struct(form), tuple(names)

@@ -1,0 +1,327 @@
+"""From a class of a device to a model of the bench, and the hardware around an object of the class."""
+
+import inspect
+import json
+import traceback
+from collections.abc import Generator, Mapping, Sequence
+from dataclasses import field, make_dataclass
+from functools import cache, partial
+from logging import getLogger
+from pathlib import Path
+from typing import Any
+
+from axistwin.controllers.commandset import CommandSet
+from axistwin.controllers.front import Group, Lamp, Word
+from axistwin.controllers.product import Abilities, Product, Refusal, Register, Store
+from axistwin.core.errors import UsageError, one_line
+from axistwin.core.units import to_ns
+from axistwin.devices.device import Device, Input, Option, Output, State
+from axistwin.devices.framing import Lines, Port, Request
+from axistwin.devices.table import Entry, Refused, Why, check_table, collected
+from axistwin.plant.axes import stepper_axis
+from axistwin.plant.positioner import Positioner
+from axistwin.sim.clock import Clock, Event, Procedure, Process, kill
+from axistwin.sim.frames import UartFormat
+from axistwin.sim.line_format import line_format
+from axistwin.sim.pins import Pin
+from axistwin.sim.serial import Uart
+from axistwin.sim.signal import Alarms, Signal
+
+MOST_WAITING = 64  # Largest number of requests that wait for a procedure that blocks.
+_log = getLogger("axistwin.devices")
+
+
+@cache
+def product_of(kind: type[Device]) -> Product:
+    """Return the model of a class.  Raises UsageError for a class whose table or figures are wrong."""
+    place = f"{Path(inspect.getfile(kind)).name}:{inspect.getsourcelines(kind)[1]}"
+    if not isinstance(getattr(kind, "model", None), str):
+        raise UsageError(f'{place}: class {kind.__name__} has no model: add one, e.g. model = "stage"')
+    entries = list(collected(kind))
+    lines = kind.framing if isinstance(kind.framing, Lines) else None
+    check_table(
+        entries, kind.framing.fields,
+        lambda entry, line: lines is not None and lines.compiled(entry, kind.axes).fullmatch(line) is not None,
+        next(iter(kind.axes), ""),
+    )  # fmt: skip
+    for name, axis in kind.axes.items():
+        for pin in filter(None, (axis.minus, axis.plus, axis.home)):
+            if not isinstance(kind.pins.get(pin), Input):
+                raise UsageError(
+                    f"{place}: axis {name} names {pin!r}: add it to the pins, e.g. {pin!r}: Input(level=True)"
+                )
+    return Product(
+        kind.model, kind.title or f"{kind.__module__} {kind.__name__}", CommandSet(*entries), tuple(kind.axes),
+        _options(kind, place), lambda clock, axes, options, store: Hardware(kind, entries, clock, axes, options, store),
+        make_axis=lambda clock, name, given, history: _axis(kind.axes[name], clock, name, given, history),
+        line=line_format(kind.line, UartFormat())[0],
+        limit_pins={name: (axis.minus, axis.plus) for name, axis in kind.axes.items() if axis.minus and axis.plus},
+        home_pins={name: axis.home for name, axis in kind.axes.items() if axis.home},
+        make_front=lambda: _front(kind),
+    )  # fmt: skip
+
+
+def _axis(positioner: Positioner, clock: Clock, name: str, given: Mapping[str, Any], history: int) -> Any:
+    axis = stepper_axis(clock, name, given, history)
+    axis.unit = "counts" if positioner.servo else "pulses"
+    return axis
+
+
+def _options(kind: type[Device], place: str) -> type[Any]:
+    def check(made: Any) -> None:
+        for name, option in kind.options.items():
+            value = getattr(made, name)
+            if not isinstance(option, Option):
+                raise UsageError(f"{place}: option {name} is {option!r}: expected Option(...), e.g. Option(1, 1, 255)")
+            low, high = option.low, option.high
+            number = isinstance(option.usual, int | float) and not isinstance(option.usual, bool)
+            fits = isinstance(value, (int, float) if type(option.usual) is float else type(option.usual))
+            fits &= not number or ((low is None or value >= low) and (high is None or value <= high))
+            if not fits or (option.choices and value not in option.choices):
+                span = f" from {low} to {high}" if low is not None else ""
+                wanted = " or ".join(map(repr, option.choices)) or f"a {type(option.usual).__name__}{span}"
+                raise UsageError(
+                    f"invalid {name}={value!r} of {kind.model}: expected {wanted}, e.g. {name}={option.usual!r}"
+                )
+
+    made = [(name, Any, field(default=getattr(option, "usual", None))) for name, option in kind.options.items()]
+    return make_dataclass("Options", made, namespace={"__post_init__": check})
+
+
+def _states(kind: type[Device]) -> dict[str, State]:
+    methods = {name: method for base in reversed(kind.__mro__) for name, method in vars(base).items()}
+    return {name: method.state for name, method in methods.items() if hasattr(method, "state")}
+
+
+def _front(kind: type[Device]) -> tuple[Group, ...]:
+    groups = []
+    for name, (bits, section, _) in _states(kind).items():
+        lamps = tuple(Lamp(str(bit), words, name, bit) for bit, words in sorted(bits.items()))
+        groups.append(
+            Group(name.replace("_", " "), section, lamps or (Word(name, name.replace("_", " "), name),), row=False)
+        )
+    if kind.pins:
+        groups.append(Group("Terminals", "", tuple(Lamp(name, name, name) for name in kind.pins)))
+    return tuple(groups)
+
+
+class Hardware:
+    """A device with its terminals, its serial line and its power switch."""
+
+    def __init__(
+        self, kind: type[Device], entries: Sequence[Entry], clock: Clock, axes: Mapping[str, Any], options: Any,
+        store: Store,
+    ) -> None:  # fmt: skip
+        self.kind, self.entries, self.clock, self.axes, self.store = kind, entries, clock, axes, store
+        self.options = {name: getattr(options, name) for name in kind.options}
+        self.pins = {n: Pin(clock, n, pin.level, output=isinstance(pin, Output)) for n, pin in kind.pins.items()}
+        self.uart = Uart(clock)
+        self.uart.format = line_format(kind.line, UartFormat())[0]
+        self._find = kind.framing.finder(entries, axes)
+        self._address = kind.framing.address.format(**self.options).encode("latin-1")
+        self.alarms = Alarms(*kind.faults)
+        self.refusals: Signal[[Refusal]] = Signal()
+        self.device: Device | None = None
+        self.running: list[Process] = []
+        self._ends: list[Any] = []
+        self._waiting: list[tuple[bytes, Refused | None]] = []
+        self._blocked = False
+        self.abilities = Abilities(
+            uart=self.uart, alarms=self.alarms, registers=self._registers, hint=self._hint,
+            awaited=lambda: getattr(self.device, "awaited", None), subscribe_refusals=self.refusals.subscribe,
+            busy=lambda: bool(self._blocked or any(axis.moving for axis in getattr(self.device, "axes", {}).values())),
+            procedures=lambda: self.running,
+        )  # fmt: skip
+
+    # Power
+
+    def power(self, on: bool) -> None:
+        if on and self.device is None:
+            self._switch_on()
+        elif not on and self.device is not None:
+            for process in self.running:
+                kill(process)
+            for end in (*self._ends, *(axis.disconnect for axis in self.device.axes.values())):
+                end()
+            for name, pin in self.kind.pins.items():
+                if isinstance(pin, Output):
+                    self.pins[name].set(pin.level)
+            self.device, self.running, self._ends, self._blocked = None, [], [], False
+            self._waiting.clear()
+            self.uart.queue.clear()
+            self.uart.on_receive = lambda byte, errors: None
+
+    def _switch_on(self) -> None:
+        kind, device = self.kind, self.kind()
+        self.device = device
+        device.clock, device.options, device.pins = self.clock, self.options, self.pins
+        device.memory = _recalled(self.store, kind.memory)
+        device.send, device.fault, device.begin = self._send, self.alarms.emit, self._begin
+        device.save = lambda: self.store.save(json.dumps(device.memory).encode())
+        device.axes = {
+            name: spec.connect(self.axes[name], self.pins, partial(device.limit_reached, name))
+            for name, spec in kind.axes.items()
+        }
+        for name, pin in self.pins.items():
+            if not pin.is_output:
+                self._ends.append(pin.subscribe(partial(self._pin_changed, name)))
+        result = self._guarded(device.start, b"")
+        if isinstance(result, Generator):
+            self._begin(result).callbacks.append(lambda _: self._listen(device))
+        else:
+            self._listen(device)
+
+    def _listen(self, device: Device) -> None:
+        if device is self.device:
+            read = self.kind.framing.reader(Port(self._take, self.uart.send, lambda: self.clock.now))
+            self.uart.on_receive = read
+
+    def _pin_changed(self, name: str, pin: Pin) -> None:
+        if self.device is not None:
+            self._guarded(partial(self.device.pin_changed, name, pin.level), b"")
+
+    # Requests
+
+    def _take(self, data: bytes, wrong: Refused | None) -> None:
+        if self._blocked and len(self._waiting) < MOST_WAITING:
+            self._waiting.append((data, wrong))
+        elif self._blocked:
+            self._refuse(data, Refused("too many requests wait", why=Why.STATE))
+        else:
+            self._obey(data, wrong)
+
+    def _obey(self, data: bytes, wrong: Refused | None) -> None:
+        device = self.device
+        assert device is not None, "without power no request is read"
+        try:
+            if wrong is not None:
+                raise wrong
+            request = self._find(data, self._address)
+            if request is None:
+                return
+            wanted = {name: request.values[name] for name in request.entry.wanted}
+            result = request.entry.handler(device, **wanted)  # type: ignore[misc]  # all entries have handlers
+        except Refused as reason:
+            self._refuse(data, reason)
+            return
+        except Exception as error:  # noqa: BLE001  # an error of a device must not end the bench
+            self._refuse(data, _bug(self.kind, error))
+            return
+        if isinstance(result, Generator):
+            self._blocked = request.entry.blocks
+            self._begin(result, request)
+        else:
+            self._reply(request, result)
+
+    def _reply(self, request: Request, result: Any) -> None:
+        assert self.device is not None
+        entry = request.entry
+        try:
+            answer = self.device.answer(result, request)
+            if answer is None:
+                if entry.asks:
+                    raise TypeError("returned None: a query answers with text, a number or bytes")
+                return
+            self._send(answer, entry.after_s)
+        except Refused as reason:
+            self._refuse(request.data, reason)
+        except Exception as error:  # noqa: BLE001  # an error of a device must not end the bench
+            self._refuse(request.data, _bug(self.kind, error, entry.place))
+
+    def _refuse(self, data: bytes, reason: Refused) -> None:
+        self.refusals.emit(Refusal(data, reason.words if reason.why is not Why.UNKNOWN else ""))
+        if reason.why is Why.BUG:
+            _log.error("%s", reason.words)
+        answer = self._guarded(lambda: self.device and self.device.refused(reason, data), data)
+        if answer is not None:
+            self._guarded(partial(self._send, answer), data)
+
+    def _send(self, answer: Any, after_s: float | None = None) -> None:
+        data, delay_ns = (
+            self.kind.framing.written(answer),
+            to_ns(self.kind.answer_after if after_s is None else after_s),
+        )
+        if delay_ns:
+            device = self.device
+            self.clock.call_later(delay_ns, lambda: self.uart.send(data) if device is self.device else None)
+        else:
+            self.uart.send(data)
+
+    # Procedures, and errors of a device
+
+    def _begin(self, steps: Generator[Event, Any, Any], request: Request | None = None) -> Process:
+        process: Process = self.clock.process(self._carry_out(steps, request))
+        self.running = [one for one in self.running if one.is_alive] + [process]
+        return process
+
+    def _carry_out(self, steps: Generator[Event, Any, Any], request: Request | None) -> Procedure:
+        try:
+            result = yield from _steps(steps)
+            if request is not None:
+                self._reply(request, result)
+        except Refused as reason:
+            self._refuse(request.data if request else b"", reason)
+        except Exception as error:  # noqa: BLE001  # an error of a device must not end the bench
+            self._refuse(request.data if request else b"", _bug(self.kind, error))
+        if request is not None and request.entry.blocks:
+            self._blocked = False
+            while self._waiting and not self._blocked:
+                self._obey(*self._waiting.pop(0))
+
+    def _guarded(self, act: Any, data: bytes) -> Any:
+        try:
+            return act()
+        except Exception as error:  # noqa: BLE001  # an error of a device must not end the bench
+            reason = _bug(self.kind, error)
+            self.refusals.emit(Refusal(data, reason.words))
+            _log.error("%s", reason.words)
+            return None
+
+    def _hint(self) -> str:
+        return self._guarded(lambda: "" if self.device is None else self.device.hint(), b"") or ""
+
+    def _registers(self) -> Mapping[str, Register]:
+        def read(name: str, text: bool) -> Any:
+            return ("off" if text else 0) if self.device is None else self._guarded(getattr(self.device, name), b"")
+
+        texts = {
+            name: getattr(self.kind, name).__annotations__.get("return") in (str, "str") for name in _states(self.kind)
+        }
+        return {
+            name: Register(partial(read, name, texts[name]), text=texts[name], restless=state.restless)
+            for name, state in _states(self.kind).items()
+        }
+
+
+def _steps(steps: Generator[Event, Any, Any]) -> Procedure:
+    try:
+        value = None
+        while True:
+            try:
+                event = steps.send(value)
+            except StopIteration as end:
+                return end.value
+            if not isinstance(event, Event):
+                raise TypeError(f"yielded {event!r}: expected an event, e.g. self.after(0.2)")
+            value = yield event
+    finally:
+        steps.close()
+
+
+def _recalled(store: Store, factory: Mapping[str, Any]) -> dict[str, Any]:
+    contents = store.load()
+    try:
+        found = {} if contents is None else json.loads(contents)
+    except ValueError:  # The file of another device, or a damaged one: a device begins with its factory settings.
+        found = {}
+    kept = {name: found[name] for name in factory if name in found} if isinstance(found, dict) else {}
+    copied: dict[str, Any] = json.loads(json.dumps(dict(factory)))
+    return {**copied, **kept}
+
+
+def _bug(kind: type[Device], error: Exception, place: str = "") -> Refused:
+    """Return an error in a handler as a reason that names its line, of the deepest frame in the device's own file."""
+    own = inspect.getfile(kind)
+    frames = [frame for frame in traceback.extract_tb(error.__traceback__) if frame.filename == own]
+    where = f"{Path(own).name}:{frames[-1].lineno}" if frames else place or Path(own).name
+    return Refused(one_line(f"{where}: {type(error).__name__} in {kind.model}: {error}: mend the handler"), why=Why.BUG)

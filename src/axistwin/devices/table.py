@@ -1,0 +1,229 @@
+"""The command table of a device: what the decorators `command` and `query` collect from its methods.
+
+Dispatcher, `axistwin commands`, checker, completion and documentation read this table.
+"""
+
+import inspect
+import re
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, field
+from enum import Enum, Flag, auto
+from math import isfinite
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from axistwin.controllers.commandset import Command, Field
+from axistwin.core.errors import UsageError
+
+Handler = Callable[..., Any]
+_PART = re.compile(r"\{(?P<name>\w+)(?::(?P<kind>\w+))?(?P<rest>[^{}]*)\}|(?P<bracket>[\[\]])|(?P<fixed>\w+=\d+)(?!\S)")
+_RANGE = re.compile(r"(-?\d+(?:\.\d+)?)\.\.(-?\d+(?:\.\d+)?)")
+KINDS = {
+    "int": r"[+-]?\d{1,18}", "float": r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d{1,3})?", "word": r"\w+", "text": r".*",
+}  # fmt: skip
+CONVERT: dict[str, Callable[[str], Any]] = {"int": int, "float": float}
+
+
+class Why(Enum):
+    """Why a device refuses a request."""
+
+    UNKNOWN = "unknown command"
+    RANGE = "value out of range"
+    FORMAT = "wrong format"  # A check sum, a character error, a line that is too long.
+    STATE = "not possible now"
+    BUG = "error in the device"
+
+
+class Refused(Exception):  # noqa: N818  # it is no error of the program
+    """Raised by a handler that refuses a request; `code`: the number of the error in the device's manual."""
+
+    def __init__(self, words: str, code: int = 0, why: Why = Why.STATE) -> None:
+        super().__init__(words)
+        self.words, self.code, self.why = words, code, why
+
+
+class Always(Flag):
+    """The commands of a device have no states: its handlers refuse what is not possible now."""
+
+    ALWAYS = auto()
+
+
+@dataclass(frozen=True)
+class Parameter(Field):
+    """A placeholder in the pattern of a command: `{position:int -1000..1000 steps}`."""
+
+    kind: str = "word"
+
+    def convert(self, text: str, ignore_case: bool) -> Any:
+        """Return the value.  Raises Refused outside of the range."""
+        if self.kind == "axis":
+            return text.upper() if ignore_case else text
+        return self.checked(CONVERT.get(self.kind, str)(text))
+
+    def checked(self, value: Any) -> Any:
+        if isinstance(value, int | float) and not (isfinite(value) and self.allows(value)):  # type: ignore[arg-type]
+            raise Refused(f"{self.name} {value}: expected {self}", why=Why.RANGE)
+        return value
+
+    def example(self, axis: str) -> str:
+        if self.kind == "axis":
+            return axis
+        return {"word": "a", "text": "a"}.get(self.kind, str(self.low if self.low is not None else 0))
+
+
+class Pattern(NamedTuple):
+    """A pattern as its author wrote it, in parts: a text, a parameter, or a bracket of an optional part."""
+
+    parts: tuple[str | Parameter, ...]
+    fixed: Mapping[str, int]  # Fields of a datagram that have one value in this command.
+
+    @classmethod
+    def read(cls, text: str, place: str) -> "Pattern":
+        """Raises UsageError for a kind that does not exist, or an optional part without its end."""
+        parts: list[str | Parameter] = []
+        fixed, end, depth = {}, 0, 0
+        for found in _PART.finditer(text):
+            parts += [text[end : found.start()]] if found.start() > end else []
+            end = found.end()
+            if found["fixed"]:
+                name, _, number = found["fixed"].partition("=")
+                fixed[name] = int(number)
+            elif found["bracket"]:
+                parts.append(found["bracket"])
+                depth += 1 if found["bracket"] == "[" else -1
+            else:
+                parts.append(_parameter(found, place, optional=depth > 0))
+        parts += [text[end:]] if text[end:] else []
+        if depth or "{" in "".join(part for part in parts if isinstance(part, str)):
+            raise UsageError(
+                f"{place}: invalid pattern {text!r}: expected pairs of brackets, e.g. '{{axis}}PA[{{to:int}}]'"
+            )
+        return cls(tuple(parts), fixed)
+
+    @property
+    def parameters(self) -> tuple[Parameter, ...]:
+        return tuple(part for part in self.parts if isinstance(part, Parameter))
+
+    def expression(self, axes: Mapping[str, Any]) -> str:
+        """Return the regular expression of a line."""
+
+        def one(part: str | Parameter) -> str:
+            if isinstance(part, str):
+                return {"[": "(?:", "]": ")?"}.get(part) or re.escape(part)
+            choices = "|".join(map(re.escape, sorted(axes, key=len, reverse=True))) if part.kind == "axis" else ""
+            return f"(?P<{part.name}>{choices or KINDS.get(part.kind, '(?!)')})"
+
+        return "".join(map(one, self.parts))
+
+    def __str__(self) -> str:
+        fixed = " ".join(f"{name}={value}" for name, value in self.fixed.items())
+        words = (part if isinstance(part, str) else f"<{part.name}>" for part in self.parts)
+        return " ".join((fixed, "".join(words).strip())).strip() if fixed else "".join(words)
+
+
+def _parameter(found: re.Match[str], place: str, *, optional: bool) -> Parameter:
+    name, rest = found["name"], found["rest"].strip()
+    kind = found["kind"] or ("axis" if name == "axis" else "word")
+    if kind not in (*KINDS, "axis"):
+        raise UsageError(
+            f"{place}: unknown kind {kind!r} in {found[0]}: expected one of {', '.join(KINDS)}, e.g. {{{name}:int}}"
+        )
+    span = _RANGE.match(rest)
+    unit = rest[span.end() :].strip() if span else rest
+    ends = [float(end) if kind == "float" else int(float(end)) for end in span.groups()] if span else [None, None]
+    return Parameter(name, unit, ends[0], ends[1], optional, kind)  # type: ignore[arg-type]
+
+
+@dataclass(frozen=True)
+class Entry(Command):
+    """A command of a device: one method that is decorated with `command` or `query`."""
+
+    pattern: Pattern = field(default_factory=lambda: Pattern((), {}))
+    place: str = ""  # File and line of the method.
+    asks: bool = False  # A query changes nothing and always answers.
+    blocks: bool = False  # Later requests wait until this one has ended.
+    after_s: float | None = None  # Time until the answer begins; None: that of the device.
+    wanted: tuple[str, ...] = ()  # Names of the handler's parameters.
+
+    @property
+    def syntax(self) -> str:
+        return str(self.code)
+
+    def values(self, texts: Mapping[str, str | None], ignore_case: bool) -> dict[str, Any]:
+        """Return the values of the parameters; an optional part that is not there gives None.  Raises Refused."""
+        made = {parameter.name: parameter for parameter in self.pattern.parameters}
+        return {
+            name: None if texts[name] is None else it.convert(str(texts[name]), ignore_case)
+            for name, it in made.items()
+        }
+
+
+def command(
+    pattern: str, *, section: str = "", name: str = "", blocks: bool = False, after: float | None = None
+) -> Callable[[Handler], Handler]:
+    """Make a method the handler of a command.
+
+    `pattern`: the line without its terminator, with placeholders `{name:kind low..high unit}`; the kinds are int,
+    float, word and text, `{axis}` is the name of an axis, and a part in brackets may be missing (None).  For datagrams:
+    fields of one value, then the others, e.g. `"code=4 type=0 {motor:int 0..2} {value:int}"`.  `section`: that of the
+    manual.  `blocks`: later requests wait until a procedure has ended.  `after`: seconds until the answer begins.
+
+    The method returns the answer: text, a number or bytes, fields of a datagram, or None for silence.  As a generator
+    it is a procedure: it yields events, e.g. `self.after(0.2)` or `axis.done`, and returns its answer at its end.
+    """
+    return _collect(pattern, section, name, False, blocks, after)
+
+
+def query(
+    pattern: str, *, section: str = "", name: str = "", after: float | None = None
+) -> Callable[[Handler], Handler]:
+    """Make a method the handler of a request that changes nothing and always answers; see `command`."""
+    return _collect(pattern, section, name, True, False, after)
+
+
+def _collect(
+    pattern: str, section: str, name: str, asks: bool, blocks: bool, after: float | None
+) -> Callable[[Handler], Handler]:
+    def collect(handler: Handler) -> Handler:
+        place = f"{Path(handler.__code__.co_filename).name}:{handler.__code__.co_firstlineno}"
+        read = Pattern.read(pattern, place)
+        wanted = tuple(inspect.signature(handler).parameters)[1:]
+        entry = Entry(
+            str(read), name or handler.__name__.replace("_", " "), section, read.parameters, Always.ALWAYS, handler,
+            pattern=read, place=place, asks=asks, blocks=blocks, after_s=after, wanted=wanted,
+        )  # fmt: skip
+        handler.__dict__.setdefault("entries", []).append(entry)
+        return handler
+
+    return collect
+
+
+def collected(kind: type) -> Iterator[Entry]:
+    """Yield the commands of a class in the order of its methods; a method of the same name replaces that of a base."""
+    methods = {name: method for base in reversed(kind.__mro__) for name, method in vars(base).items()}
+    for method in methods.values():
+        yield from getattr(method, "entries", ())
+
+
+def check_table(
+    entries: list[Entry], fields: tuple[str, ...], matches: Callable[[Entry, str], bool], axis: str
+) -> None:
+    """Raise UsageError for a handler whose parameters are not in its pattern, or two commands that match one line.
+
+    `fields`: those of the datagrams.  `matches(entry, line)`: True if this command matches a line.
+    """
+    for index, entry in enumerate(entries):
+        known = {parameter.name for parameter in entry.pattern.parameters} | set(fields)
+        if missing := [name for name in entry.wanted if name not in known]:
+            raise UsageError(
+                f"{entry.place}: the pattern {entry.code!r} has no {{{missing[0]}}}: add it, or remove the parameter"
+            )
+        line = "".join(part.example(axis) if isinstance(part, Parameter) else part for part in entry.pattern.parts)
+        line = line.replace("[", "").replace("]", "")
+        for other in entries[index + 1 :]:
+            same = entry.pattern.fixed == other.pattern.fixed if fields else matches(other, line)
+            if same:
+                raise UsageError(
+                    f"{other.place}: {other.code!r} also matches {line or str(entry.code)!r}, "
+                    f"as {entry.code!r} does at {entry.place}: change one of the patterns"
+                )

@@ -1,0 +1,266 @@
+"""The motion of an axis by trapezoids in whole pulses, which can be changed and stopped while they run."""
+
+from collections.abc import Callable
+from copy import copy
+from dataclasses import dataclass, field
+from fractions import Fraction
+from typing import Any
+
+from axistwin.core.units import MS
+from axistwin.plant.stepper import StepperAxis
+from axistwin.sim.clock import Clock, Event, Procedure
+from axistwin.sim.motion.profile import Profile, Segment
+from axistwin.sim.motion.trapezoid import Limits
+from axistwin.sim.pins import Pin
+
+FINE = 1000  # A rate, or the fraction of a pulse at a change of target, is a multiple of a thousandth.
+SIDES = {-1: "minus", +1: "plus"}
+
+
+@dataclass(eq=False)
+class Positioner:
+    """An axis of a device; all figures in steps (with `servo` in encoder counts) and seconds, and settable at any time.
+
+    `velocity` is that of moves, `start_velocity` the one from which a motor starts and stops without a ramp.
+    `deceleration`: None means `acceleration`.  `minus`, `plus`, `home`: names of the input pins of its switches; the
+    limit inputs open beyond the option `limits` of the axis, the home input is high within `home`.  `servo`: the axis
+    has an encoder and is driven back to where it should be; more than `following_error` counts behind, it stops.
+    """
+
+    velocity: float = 1000
+    acceleration: float = 10_000
+    deceleration: float | None = None
+    start_velocity: float = 0
+    minus: str = ""
+    plus: str = ""
+    home: str = ""
+    servo: bool = False
+    following_error: int | None = None
+    target: int = field(default=0, init=False)  # Where the present or latest move ends.
+    stopped_by: str = field(
+        default="", init=False
+    )  # "minus limit", "plus limit", "following error"; "" after the next start.
+
+    def connect(self, axis: StepperAxis, pins: dict[str, Pin], at_limit: Callable[[int], object]) -> "Positioner":
+        """Return a positioner with these settings that moves an axis; its position is 0 there."""
+        live = copy(self)
+        live._axis, live._clock, live._at_limit = axis, axis.clock, at_limit
+        live._origin = live._encoder_origin = axis.pulses
+        live._plan, live._waiting, live._returning = 0, False, False
+        live._goal, live._ended = None, None
+        live._pins = {side: pins[name] for side, name in ((-1, self.minus), (+1, self.plus)) if name}
+        live._home = pins[self.home] if self.home else None
+        live._ends = [pin.subscribe(lambda _: live._check_limits()) for pin in live._pins.values()]
+        if self.servo:
+            live._ends.append(axis.on_motion.subscribe(live._disturbed))
+        return live
+
+    _axis: StepperAxis = field(init=False, repr=False)
+    _clock: Clock = field(init=False, repr=False)
+    _at_limit: Callable[[int], object] = field(init=False, repr=False)
+    _pins: dict[int, Pin] = field(init=False, repr=False)
+    _home: Pin | None = field(init=False, repr=False)
+    _ends: list[Callable[[], None]] = field(init=False, repr=False)
+    _origin: int = field(init=False, repr=False)
+    _encoder_origin: int = field(init=False, repr=False)
+    _returning: bool = field(init=False, repr=False)
+    _goal: Any = field(init=False, repr=False)  # A position, a signed rate of an endless motion, or None: stop.
+    _plan: int = field(init=False, repr=False)
+    _waiting: bool = field(init=False, repr=False)
+    _ended: Event | None = field(init=False, repr=False)
+
+    # What is asked
+
+    @property
+    def position(self) -> int:
+        """Position that the controller knows: the steps made since it was 0; with `servo` that of the encoder."""
+        return self._axis.position - self._encoder_origin if self.servo else self.commanded
+
+    @property
+    def commanded(self) -> int:
+        """Position of the trajectory; `commanded - position` is the following error of a servo."""
+        return self._axis.pulses - self._origin
+
+    @property
+    def speed(self) -> float:
+        """Present velocity; negative in the negative direction."""
+        return self._axis.velocity
+
+    @property
+    def moving(self) -> bool:
+        return self._waiting or self._axis.moving
+
+    @property
+    def done(self) -> Event:
+        """Event of the end of the present motion; at rest, of now."""
+        if not self.moving:
+            return self._clock.timeout(0)
+        if self._ended is None:
+            self._ended = self._clock.event()
+        return self._ended
+
+    def at_limit(self, side: int) -> bool:
+        """True beyond the limit switch of a side, -1 or +1: its input is low."""
+        return side in self._pins and not self._pins[side].level
+
+    @property
+    def at_home(self) -> bool:
+        return self._home is not None and self._home.level
+
+    # What moves
+
+    def define(self, position: int) -> None:
+        """Give the present position a number, without motion; a move in progress ends where it would have ended."""
+        shift = position - self.position
+        self._origin -= shift
+        self._encoder_origin -= shift
+        self.target += shift
+        if isinstance(self._goal, int):
+            self._goal += shift
+
+    def move_to(self, position: int) -> None:
+        """Move to a position; a new target in motion is reached with a ramp, by way of a stop if it lies behind."""
+        self.target = position
+        self._begin(int(position))
+
+    def move_by(self, distance: int) -> None:
+        """Move by a distance from the present target."""
+        self.move_to((self.target if self.moving else self.commanded) + distance)
+
+    def run(self, velocity: float) -> None:
+        """Move with a signed velocity until stopped; 0 stops with a ramp."""
+        self._begin(_fine(velocity) if velocity else None)
+
+    def stop(self) -> None:
+        """Stop with a ramp."""
+        if self.moving:
+            self._begin(None)
+
+    def abort(self) -> None:
+        """Stop at once, without a ramp."""
+        self._cancel()
+        if self._axis.moving:
+            self._axis.halt()
+        self._end()
+
+    def find_home(self, velocity: float, slow: float) -> Procedure:
+        """Search the home switch with a signed velocity, leave it slowly the other way, and call that place 0.
+
+        For `yield from`.  Returns True, or False if a limit switch has stopped the search.
+        """
+        for speed, level in ((velocity, True), (-abs(slow) if velocity > 0 else abs(slow), False)):
+            if self._home is not None and self._home.level is not level:
+                self.run(speed)
+                yield self._home.changed() | self.done
+                self.stop() if level else self.abort()
+                yield self.done
+                if self.stopped_by:
+                    return False
+        self.define(0)
+        self.target = 0
+        return True
+
+    def disconnect(self) -> None:
+        """End all motion: the power is off."""
+        self._cancel()
+        if self._axis.moving:
+            self._axis.halt()
+        for end in self._ends:
+            end()
+
+    # How it moves
+
+    def _begin(self, goal: Any) -> None:
+        self._goal, self.stopped_by = goal, ""
+        self._next_leg()
+
+    def _next_leg(self) -> None:
+        """Start the motion from the present rate to the goal, or to the stop at which the direction changes."""
+        goal, (rate, direction, fraction) = self._goal, self._state()
+        limits = Limits(*map(_fine, (self.velocity, self.start_velocity, self.acceleration, self.deceleration or 0)))
+        way = goal - self.commanded if isinstance(goal, int) else goal or 0
+        if not rate and not way:
+            self._end()
+            return
+        direction = direction or (1 if way > 0 else -1)
+        if isinstance(goal, int):
+            segments = limits.to_distance(rate, way * direction - fraction)
+        else:
+            segments = limits.to_rate(rate, max(Fraction(way * direction), Fraction(0)))
+        self._start(segments, direction, fraction, rate)
+
+    def _state(self) -> tuple[Fraction, int, Fraction]:
+        """Return rate, direction and the fraction of a step since the last one; at rest 0, 0, 0."""
+        move, elapsed_ns = self._axis.train.move, self._clock.now - self._axis.train.move.start_ns
+        if not self._axis.moving:
+            return Fraction(0), 0, Fraction(0)
+        made, fraction = move.profile.phase_at(elapsed_ns)
+        whole = fraction + made - move.profile.pulses_by(elapsed_ns)
+        return move.profile.rate_at(elapsed_ns), move.direction, max(Fraction(int(whole * FINE), FINE), Fraction(0))
+
+    def _start(self, segments: list[Segment], direction: int, fraction: Fraction, rate: Fraction) -> None:
+        if self.at_limit(direction):
+            self._limit(direction)
+            return
+        self._cancel()
+        profile = Profile(segments, phase=fraction, before=rate)
+        self._axis.start(profile, direction)
+        if profile.end_ns is not None:
+            plan, self._waiting = self._plan, True
+            self._clock.call_later(profile.end_ns, lambda: self._over(plan))
+
+    def _over(self, plan: int) -> None:
+        if plan != self._plan:
+            self._clock.background -= 1
+            return
+        self._waiting = False
+        self._plan += 1
+        if self._goal is None or self._goal == self.commanded:
+            self._end()
+        else:
+            self._next_leg()
+
+    def _cancel(self) -> None:
+        self._clock.background += self._waiting
+        self._waiting = False
+        self._plan += 1
+
+    def _end(self) -> None:
+        self._goal = None
+        if self._ended is not None:
+            event, self._ended = self._ended, None
+            event.succeed()
+
+    def _disturbed(self) -> None:
+        if not self._returning and self.commanded != self.position:
+            self._returning = True
+            self._clock.process(self._return())
+
+    def _return(self) -> Procedure:
+        """Drive a servo back to where it should be, unless it is too far behind."""
+        while error := self.commanded - self.position:
+            if self.following_error is not None and abs(error) > self.following_error:
+                self.abort()
+                self._origin += self.commanded - self.position
+                self.stopped_by = "following error"
+                self._at_limit(0)
+            elif not self.moving and not self._axis.jammed:
+                self._origin += error
+                self._goal = self.commanded + error
+                self._next_leg()
+            yield self._clock.timeout(MS)
+        self._returning = False
+
+    def _check_limits(self) -> None:
+        direction = self._axis.train.move.direction
+        if self._axis.moving and self.at_limit(direction):
+            self._limit(direction)
+
+    def _limit(self, side: int) -> None:
+        self.abort()
+        self.stopped_by = f"{SIDES[side]} limit"
+        self._at_limit(side)
+
+
+def _fine(rate: float) -> Fraction:
+    return Fraction(round(rate * FINE), FINE)
