@@ -183,6 +183,8 @@ class Hardware:
     # Requests
 
     def _take(self, data: bytes, wrong: Refused | None) -> None:
+        if self.device is None:  # An earlier request of the same line has switched the power off.
+            return
         if self._blocked and len(self._waiting) < MOST_WAITING:
             self._waiting.append((data, wrong))
         elif self._blocked:
@@ -214,7 +216,8 @@ class Hardware:
             self._reply(request, result)
 
     def _reply(self, request: Request, result: Any) -> None:
-        assert self.device is not None
+        if self.device is None:  # The request has switched the power off.
+            return
         entry = request.entry
         try:
             answer = self.device.answer(result, request)
