@@ -159,7 +159,7 @@ class Hardware:
         device.send, device.fault, device.begin = self._send, self.alarms.emit, self._begin
         device.save = lambda: self.store.save(json.dumps(device.memory).encode())
         device.axes = {
-            name: spec.connect(self.axes[name], self.pins, partial(device.limit_reached, name))
+            name: spec.connect(self.axes[name], self.pins, partial(self._limit_reached, name))
             for name, spec in kind.axes.items()
         }
         for name, pin in self.pins.items():
@@ -179,6 +179,10 @@ class Hardware:
     def _pin_changed(self, name: str, pin: Pin) -> None:
         if self.device is not None:
             self._guarded(partial(self.device.pin_changed, name, pin.level), b"")
+
+    def _limit_reached(self, axis: str, side: int) -> None:
+        if self.device is not None:
+            self._guarded(partial(self.device.limit_reached, axis, side), b"")
 
     # Requests
 
