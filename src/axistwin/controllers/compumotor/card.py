@@ -13,7 +13,7 @@ from axistwin.controllers.compumotor.host import Host
 from axistwin.controllers.compumotor.options import Options
 from axistwin.controllers.compumotor.parts.events import ALARMS
 from axistwin.controllers.compumotor.registers import JUMPERS
-from axistwin.controllers.product import Abilities, Listing, Order, Product, Refusal, Register, Store
+from axistwin.controllers.product import Abilities, Awaited, Listing, Order, Product, Refusal, Register, Store
 from axistwin.plant.joystick import JoystickInputs
 from axistwin.plant.stepper import StepperAxis
 from axistwin.sim.clock import Clock, Process
@@ -75,7 +75,7 @@ class Card:
         self.abilities = Abilities(
             bus=self.bus, alarms=self.alarms, registers=self.registers, programs=self.programs,
             subscribe_lines=self._progress.subscribe, subscribe_refusals=self._refusals.subscribe, busy=self._busy,
-            procedures=self._procedures,
+            awaited=self.awaited, procedures=self._procedures,
         )  # fmt: skip
 
     def _steps(self, side: int) -> bool:
@@ -110,6 +110,15 @@ class Card:
             self._board.events.on_fault = self.alarms.emit
             self._board.on_refusal = self._refusals.emit
             self._board.sequencer.on_command = lambda number, at: self._progress.report(SEQUENCES[number - 1], at)
+
+    def awaited(self) -> Awaited | None:
+        """Return the trigger input for which a sequence waits (2Ch)."""
+        sequencer = None if self._board is None else self._board.sequencer
+        if sequencer is None or sequencer.trigger is None:
+            return None
+        trigger, high = sequencer.trigger
+        work = f"step {sequencer.at + 1} of sequence {sequencer.number}"
+        return Awaited(work, f"trigger{trigger}", "high" if high else "low")
 
     def programs(self) -> Mapping[str, Listing]:
         """Return the text of each stored sequence.  The dictionary is empty while the power is off."""

@@ -33,9 +33,17 @@ def wait(unit_ns: int, board: State, count: int) -> Procedure:
 
 def wait_for_trigger(board: State, trigger: int, high: bool) -> Procedure:
     """Command 2Ch: wait for a rising edge of trigger 1 or 6, or for a steady level of triggers 2 to 5."""
-    if trigger in EDGE_TRIGGERS:
-        yield board.triggers.edge(trigger)
-        return
+    board.sequencer.trigger = trigger, high or trigger in EDGE_TRIGGERS
+    try:
+        if trigger in EDGE_TRIGGERS:
+            yield board.triggers.edge(trigger)
+        else:
+            yield from _wait_for_level(board, trigger, high)
+    finally:
+        board.sequencer.trigger = None
+
+
+def _wait_for_level(board: State, trigger: int, high: bool) -> Procedure:
     pin = board.pins[f"trigger{trigger}"]
     while True:
         while pin.level is not high:

@@ -77,6 +77,7 @@ class Sequencer:
         """Function that is called with sequence number and index when a command of a sequence begins."""
         self.order = Order.CONTINUE
         self.waiting: Event | None = None
+        self.trigger: tuple[int, bool] | None = None  # Trigger and level for which the sequence waits (2Ch).
         self.process: Process | None = None
 
     @property
