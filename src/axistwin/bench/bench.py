@@ -45,6 +45,7 @@ class Bench:
         self.planned: list[tuple[int, str]] = []  # Time in nanoseconds and text of each planned action, for users.
         self.attendants: dict[str, BusHost] = {}  # Hosts that send whole commands to boards on a bus, by board.
         self.senders: dict[str, Process] = {}  # Hosts that send loaded programs, by controller name.
+        self.hosts: dict[str, list[Process]] = {}  # Hosts of a scene, by endpoint.
         self.wires: list[tuple[str, str]] = []  # Names of both terminals, e.g. ("table.output1", "table.input1").
         self._faults: Faults | None = None
 

@@ -346,7 +346,10 @@ class Builder:
     def _start_hosts(self) -> None:
         for path, name, file in self._hosts():
             with self._separately(), self.source.placing_errors(*path):
-                hosting.prepare_host(self.bench, name, str(self._relative_to_scene(file)), self._text, self._runner)()
+                start = hosting.prepare_host(
+                    self.bench, name, str(self._relative_to_scene(file)), self._text, self._runner
+                )
+                self.bench.hosts.setdefault(name, []).append(start())
 
     def _hosts(self) -> Iterator[tuple[Path_, str, Path]]:
         for number, table in enumerate(self.contents.controller):
