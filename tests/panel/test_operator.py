@@ -4,10 +4,10 @@ import pytest
 
 from axistwin import Session
 from axistwin.core.errors import SceneError
+from axistwin.scenes.reasons.remedies import ByHand
 from axistwin.scenes.scene import Scene
 from axistwin.ui.panel.context import Common, Context
 from axistwin.ui.panel.people import People
-from axistwin.ui.panel.views.asides import PanelRemedies
 from axistwin.ui.panel.views.operator import operator
 from axistwin.ui.teaching.tutor import Tutor
 
@@ -89,7 +89,8 @@ def test_an_invalid_operator_panel(tmp_path, text, message):
 
 def test_the_tutor_names_the_buttons_of_the_panel(context):
     session, cell = context.session, context.bench["cell"]
-    tutor, remedies = Tutor(cell, PanelRemedies(context, "cell")), PanelRemedies(context, "cell")
+    remedies = ByHand(session.operator, "cell")
+    tutor = Tutor(cell, remedies)
     assert remedies.drive("input1", "high") == "press Start" and remedies.drive("input1", "low") == "release Start"
     assert remedies.drive("input2", "high") == "turn Mode to auto"
     assert tutor.why()[0].startswith("the self-test")

@@ -1,90 +1,19 @@
-"""Explains the commands, the replies and the state of an 1810 or 1811 to the user."""
+"""Explains the commands and the replies of an 1810 or 1811 to the user."""
 
 import re
 from collections.abc import Iterator
 
-from axistwin.bench.acts import Act, Wait
-from axistwin.controllers.compumotor.card import BEING_DEFINED
 from axistwin.controllers.compumotor.checker.texts import LAYOUTS, name_of
 from axistwin.controllers.compumotor.language import Opcode
-from axistwin.controllers.compumotor.registers import Status
-from axistwin.controllers.compumotor.rules import NOT_GIVEN
-from axistwin.controllers.compumotor.state import INDEXER
-from axistwin.core.units import S
-from axistwin.ui.teaching.guide import Guide, Reason, Term, described
-from axistwin.ui.teaching.remedies import at_limit
+from axistwin.scenes.reasons.compumotor import CompumotorReasons
+from axistwin.ui.teaching.guide import Guide, Term, described
 
 _HEX = re.compile(r"(?:[0-9A-Fa-f]{2}\s*)+")
 MOVE_STATUS, POSITION_REQUEST = 0x88, 0x83
-GO_RELATIVE = b"\x33\0\0\0\x01"
-DEFAULTS = "default_velocity_and_acceleration 00 25000 250000"
 
 
-class CompumotorGuide(Guide):
+class CompumotorGuide(CompumotorReasons, Guide):
     """Explains an 1810 or 1811."""
-
-    suggestions = (
-        (DEFAULTS, "velocity and acceleration of default moves (31h)"),
-        ("go_relative 25000", "one revolution of a 25000 step motor (33h)"),
-        ("position_from_absolute_zero", "report the position (83h)"),
-        ("move_status", "report limits, home, motion (88h)"),
-        ("stop", "decelerate to a stop (70h)"),
-    )
-
-    @property
-    def ready(self) -> bool:
-        return bool(int(self.value("status")) & Status.INPUT_READY)
-
-    def reasons(self) -> Iterator[Reason]:
-        """Yield why the board cannot start a move; it may ignore a later remedy until the earlier ones are applied."""
-        pins = self.controller.pins
-        if not self.controller.powered:
-            yield Reason("the power is off", self.remedies.power("on"))
-            return
-        if int(self.value("status")) & Status.FAILED:
-            yield Reason("the board has failed (status bit 5)", self.remedies.power("off", "on"))
-            return
-        yield from self._sequences()
-        if pins["remote_acknowledge"].level:
-            yield Reason("the joystick controls the motor (11h)", "type  disable_joystick")
-        if pins["shutdown"].level and not pins["shutdown_in"].level:
-            yield Reason("the motor is shut down by its input (13h)", self.restored("shutdown_in", "high"))
-        elif pins["shutdown"].level:
-            yield Reason("the motor is shut down (12h)", "type  remote_power_shutdown off")
-        reversed_ = self._reversed
-        for pin, clockwise in (("cw_limit", True), ("ccw_limit", False)):
-            if pins[pin].level:
-                side = "plus" if clockwise is not reversed_ else "minus"
-                yield Reason(
-                    f"the {side} limit is active: only moves away from it begin", self._opened(pin, side, reversed_)
-                )
-        if int(self.value("mode")) != INDEXER:
-            yield Reason(f"the board is in streaming mode {int(self.value('mode')):02X}h", "type  indexer_mode")
-        elif any(found.code == NOT_GIVEN.code for found in self.refused(GO_RELATIVE)):
-            yield Reason("a move needs velocity and acceleration: 31h has not been given", f"type  {DEFAULTS}")
-
-    def _sequences(self) -> Iterator[Reason]:
-        """Yield the reasons why the board stores or ignores the commands of the host."""
-        if any(listing.title.endswith(BEING_DEFINED) for listing in self.controller.programs.values()):
-            yield Reason("the board stores commands in a sequence (D9h)", "type  end_sequence_definition")
-        if number := int(self.value("sequence")):
-            yield Reason(
-                f"sequence {number} is being performed, and stands at its command {self.value('command')}",
-                "type  kill_sequence",
-            )
-
-    @property
-    def _reversed(self) -> bool:
-        """True if CCW is the plus direction (14h), as far as one active limit shows it in the bits of 88h."""
-        cw, ccw = self.controller.pins["cw_limit"].level, self.controller.pins["ccw_limit"].level
-        return cw is not ccw and bool(int(self.value("move")) & 1) is ccw
-
-    def _opened(self, pin: str, side: str, reversed_: bool) -> str:
-        found, other = at_limit(self.controller, pin == "cw_limit"), {"plus": "minus", "minus": "plus"}[side]
-        if found is None:
-            return self.restored(pin, "low")
-        move = f"go_relative {-found[2] if reversed_ else found[2]}"
-        return self.restored(pin, "low", away=f"the slide stands on the switch: move away in {other}: type  {move}")
 
     def answer(self, request: bytes, reply: bytes) -> str:  # noqa: ARG002  # each message contains its opcode
         """Return an explanation of the bits in an answer to request 88h; "" for any other message."""
@@ -128,11 +57,6 @@ class CompumotorGuide(Guide):
             at += field.size
         if any(data[at:]) or len(data) > at:
             yield f"  {data[at:].hex(' ').upper()}: fills the message up to 16 bytes"
-
-    def initialisation(self) -> Iterator[Act]:
-        """Yield an action that waits 1 s for the end of the self-test; nothing if the board is ready."""
-        if not self.ready:
-            yield Wait(S)
 
     def words(self) -> list[Term]:
         opcodes = (each for each in self.controller.product.commands if isinstance(each, Opcode))

@@ -11,9 +11,10 @@ from axistwin.controllers.diagnostics import Diagnostic, Rule, Severity, check_l
 from axistwin.controllers.product import Refusal
 from axistwin.core.errors import PlacedError
 from axistwin.scenes.diagnostics.codes import tables
+from axistwin.scenes.reasons.reasons import Refused
+from axistwin.scenes.reasons.remedies import Remedies
 from axistwin.sim.manual_actions import ManualAct
-from axistwin.ui.teaching.guide import Guide, PlainGuide, Refused, Term
-from axistwin.ui.teaching.remedies import Remedies
+from axistwin.ui.teaching.guide import Guide, PlainGuide, Term
 
 LONGEST = 400  # Number of earlier lines that are checked together with a new line of the host.
 _CODE = re.compile(r"[A-Z]{2}\d{3}")

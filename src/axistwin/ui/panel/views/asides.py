@@ -10,12 +10,12 @@ from axistwin.bench.events import Received
 from axistwin.core.errors import UsageError
 from axistwin.core.numbers import NumberError, real, shortened
 from axistwin.core.units import S
-from axistwin.scenes.tables import ButtonTable
+from axistwin.scenes.reasons.remedies import ByHand
+from axistwin.scenes.sessions.buttons import initialise
 from axistwin.ui.panel.context import Context, complain
-from axistwin.ui.panel.lessons import Lessons, initialise
+from axistwin.ui.panel.lessons import Lessons
 from axistwin.ui.panel.talk import DIM, NORMAL, Utterance
 from axistwin.ui.panel.turns import breathe
-from axistwin.ui.teaching.remedies import Remedies
 from axistwin.ui.teaching.tutor import Tutor
 
 ANSWERS_NS = 2 * S  # Virtual time after a typed line during which received data count as its answer.
@@ -122,42 +122,5 @@ class Asides:
     def _tutor(self) -> Tutor:
         bench = self._context.bench
         if self._made is None or self._made[0] is not bench:
-            self._made = bench, Tutor(bench[self._name], PanelRemedies(self._context, self._name))
+            self._made = bench, Tutor(bench[self._name], ByHand(self._context.session.operator, self._name))
         return self._made[1]
-
-
-class PanelRemedies(Remedies):
-    """Advice of the tutor to a user of the panel, e.g. `press START`."""
-
-    def __init__(self, context: Context, name: str) -> None:
-        self._context, self._name = context, name
-
-    def drive(self, pin: str, level: str) -> str:
-        button = self._button(pin)
-        if button is not None:
-            return f"press {button.name}" if button.pressed == level else f"release {button.name}"
-        for selector in self._context.session.operator.selector:
-            for word, selected in selector.positions.items():
-                if selected == f"{self._name}.{pin}" and selector.selected == level:
-                    return f"turn {selector.name} to {word}"
-        return f"click the switch {pin}"
-
-    def release(self, pin: str) -> str:
-        button = self._button(pin)
-        if button is None:
-            return f"click the switch {pin} again"
-        return f"press {button.name} again" if button.latching else f"release {button.name}"
-
-    def mend(self, pin: str) -> str:
-        return f"a fault holds {pin}: press mend in the list of faults"
-
-    def address(self, number: int) -> str:
-        return f"type  \\x{0x80 + number:02x}"
-
-    def power(self, *words: str) -> str:
-        """Return `switch the power off (button power)`; `words`: "off", "on" or both, in this order."""
-        return f"switch the power {' and '.join(words)} (button power)"
-
-    def _button(self, pin: str) -> ButtonTable | None:
-        buttons = self._context.session.operator.button
-        return next((each for each in buttons if each.pin in (pin, f"{self._name}.{pin}")), None)

@@ -2,6 +2,7 @@
 
 from axistwin.bench import Controller
 from axistwin.plant.axes import Axis
+from axistwin.scenes.tables import ButtonTable, OperatorTable
 
 MARGIN = 100  # Distance from a limit switch at which a suggested move ends.
 
@@ -45,3 +46,39 @@ def at_limit(controller: Controller, plus: bool) -> tuple[str, Axis, int] | None
         if not plus and axis.position < first:
             return name, axis, first + margin - axis.position
     return None
+
+
+class ByHand(Remedies):
+    """Instructions to a person at the machine, who has its operator panel and its switches: `press Start`."""
+
+    def __init__(self, operator: OperatorTable, name: str) -> None:
+        self._operator, self._name = operator, name
+
+    def drive(self, pin: str, level: str) -> str:
+        button = self._button(pin)
+        if button is not None:
+            return f"press {button.name}" if button.pressed == level else f"release {button.name}"
+        for selector in self._operator.selector:
+            for word, selected in selector.positions.items():
+                if selected == f"{self._name}.{pin}" and selector.selected == level:
+                    return f"turn {selector.name} to {word}"
+        return f"click the switch {pin}"
+
+    def release(self, pin: str) -> str:
+        button = self._button(pin)
+        if button is None:
+            return f"click the switch {pin} again"
+        return f"press {button.name} again" if button.latching else f"release {button.name}"
+
+    def mend(self, pin: str) -> str:
+        return f"a fault holds {pin}: press mend in the list of faults"
+
+    def address(self, number: int) -> str:
+        return f"type  \\x{0x80 + number:02x}"
+
+    def power(self, *words: str) -> str:
+        """Return `switch the power off (button power)`; `words`: "off", "on" or both, in this order."""
+        return f"switch the power {' and '.join(words)} (button power)"
+
+    def _button(self, pin: str) -> ButtonTable | None:
+        return next((each for each in self._operator.button if each.pin in (pin, f"{self._name}.{pin}")), None)
