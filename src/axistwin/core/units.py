@@ -22,6 +22,11 @@ def to_seconds(ns: int) -> float:
     return ns / S
 
 
+def figures(seconds: float) -> str:
+    """Return seconds for a user, with at most three decimals, e.g. `1,234.5`."""
+    return f"{seconds:,.3f}".rstrip("0").rstrip(".")
+
+
 def _shown(seconds: float | Fraction) -> str:
     try:
         return f"{float(seconds):g} s"

@@ -20,7 +20,7 @@ from axistwin.bench import Bench, endpoints
 from axistwin.bench.acts import Do, Say
 from axistwin.core.errors import AxistwinError, UsageError
 from axistwin.core.storage import FileStore
-from axistwin.core.units import S, to_ns, to_seconds
+from axistwin.core.units import S, figures, to_ns, to_seconds
 from axistwin.links.pacing import Pacer
 from axistwin.links.server import Server
 from axistwin.scenes.scene import Scene
@@ -79,6 +79,7 @@ class Session:
         self.breaks: list[Break] = []
         self.halted_by = ""
         """Text of the breakpoint or error that has stopped the bench; "" if a user has paused the bench."""
+        self.heading = ""  # Where a step or a `go_to` leads, e.g. "12.4 s".
         self.progress: float | None = None  # Progress of `go_to`, 0 to 1; None if not active.
         self.input = ExternalInput(self.pacer)
         """External input; its `serial(name)` and `bus(name)` are ports for hosts, whose actions are recorded."""
@@ -105,10 +106,11 @@ class Session:
 
     @property
     def finished(self) -> bool:
-        """True if the scene has a script or hosts, all have ended, and no event is due."""
+        """True if the scene has a script or hosts, and all have ended."""
         bench = self.bench
-        has_plan = bool(bench.planned or bench.senders or bench.attendants)
-        return has_plan and bench.clock.quiet and bench.now >= bench.agenda_ns
+        hosts = [*bench.senders.values(), *(host for each in bench.hosts.values() for host in each)]
+        has_plan = bool(bench.planned or bench.hosts)
+        return has_plan and bench.now >= bench.agenda_ns and not any(host.is_alive for host in hosts)
 
     @property
     def seconds(self) -> float:
@@ -250,7 +252,7 @@ class Session:
         the start or end of a motion.  "statement": the start of a line of a stored program.  Raises UsageError.
         """
         self.pause()
-        with steps.StepObserver(self.bench, kind) as observer, self._moving():
+        with steps.StepObserver(self.bench, kind) as observer, self._moving(f"the next {kind}"):
             end_ns = self.bench.now + steps.MAX_S * S
             while self._state is State.MOVING and not observer.seen:
                 if not self.pacer.advance_slice(partial(self._step, observer, end_ns)):
@@ -330,7 +332,7 @@ class Session:
         if not 0 <= time_ns <= self._recorded:
             raise UsageError(f"time {seconds:g} s is not recorded: expected 0 to {self.recorded_seconds:.3f} s")
         self.pause()
-        with self._moving():
+        with self._moving(f"{figures(seconds)} s"):
             if time_ns < self.bench.now:
                 self._restart(self._recorded)
             await self._advance_to(time_ns)
@@ -338,7 +340,7 @@ class Session:
     def restart(self) -> None:
         """Start again at virtual time 0, and delete the recording.  `undo` restores the recording."""
         self.pause()
-        with self._moving():
+        with self._moving("0 s"):
             for each in self.breaks:
                 each.suspend()
             self._restart(self._recorded)
@@ -357,7 +359,7 @@ class Session:
         if time_ns < self.bench.now:
             raise UsageError(f"time {seconds:g} s has already passed: expected a time after {self.seconds:.3f} s")
         self.pause()
-        with self._moving():
+        with self._moving(f"{figures(seconds)} s"):
             since_ns = self.bench.now
             while self._state is State.MOVING and self.bench.now != time_ns:
                 self.progress = (self.bench.now - since_ns) / max(1, time_ns - since_ns)
@@ -389,7 +391,7 @@ class Session:
             raise UsageError("cannot undo a deletion: no part of the recording has been deleted since the last undo")
         self.pause()
         self.journal.restore(found.tail)
-        with self._moving():
+        with self._moving(f"{figures(to_seconds(found.at_ns))} s"):
             self._restart(found.recorded_ns)
             await self._advance_to(found.at_ns)
 
@@ -436,8 +438,8 @@ class Session:
                 each.resume(self.bench)
 
     @contextmanager
-    def _moving(self) -> Iterator[None]:
-        self._state, self.waiting = State.MOVING, False
+    def _moving(self, heading: str) -> Iterator[None]:
+        self._state, self.waiting, self.heading = State.MOVING, False, heading
         try:
             yield
         finally:

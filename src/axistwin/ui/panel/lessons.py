@@ -1,11 +1,10 @@
 """The lessons of `axistwin learn` on the controllers of a session; all pages share them."""
 
-from axistwin.bench import Bench, Say, Wait
-from axistwin.core.units import to_seconds
+from axistwin.bench import Bench
+from axistwin.scenes.sessions.buttons import initialise
 from axistwin.scenes.sessions.session import Session
 from axistwin.ui.teaching.lessons import STARTED_S, course
 from axistwin.ui.teaching.pupil import Pupil
-from axistwin.ui.teaching.tutor import Tutor
 
 
 class Lessons:
@@ -46,16 +45,3 @@ class Lessons:
         _, pupil = self._pupils.pop(name, (0, None))
         if pupil is not None:
             pupil.close()
-
-
-async def initialise(session: Session, name: str) -> bool:
-    """Make a controller ready, at full speed.  Returns False if it is ready already.  Raises AxistwinError."""
-    acts = Tutor(session.bench[name]).initialisation()
-    needed = False
-    while (act := session.inspect(lambda: next(acts, None))) is not None:
-        needed = True
-        if isinstance(act, Say):
-            session.say(name, act.data)
-        elif isinstance(act, Wait):
-            await session.advance_to(session.seconds + to_seconds(act.ns))
-    return needed

@@ -11,7 +11,7 @@ from nicegui import events, ui
 from axistwin.bench import Bench, endpoints
 from axistwin.core.errors import UsageError
 from axistwin.core.numbers import NumberError, real, shortened
-from axistwin.core.units import to_seconds
+from axistwin.core.units import figures, to_seconds
 from axistwin.links.pacing import read_speed
 from axistwin.scenes.sessions.breaks import Break
 from axistwin.ui.panel.context import Context, Refresh, seldom, together
@@ -228,7 +228,7 @@ def _planned(context: Context) -> Refresh:
         now = context.bench.now
         time_ns, what = min(((at, what) for at, what in context.bench.planned if at > now), default=(0, ""))
         at_s = to_seconds(time_ns) if what else None
-        text.text = "" if at_s is None else f"{what} at {_figures(at_s)} s"
+        text.text = "" if at_s is None else f"{what} at {figures(at_s)} s"
         button.set_visibility(at_s is not None)
 
     button.set_visibility(False)
@@ -249,10 +249,6 @@ def _deleted(context: Context) -> Refresh:
         forget.set_visibility(context.session.repeating)
 
     return refresh
-
-
-def _figures(seconds: float) -> str:
-    return f"{seconds:,.3f}".rstrip("0").rstrip(".")
 
 
 def _in_words(context: Context) -> str:
