@@ -8,7 +8,7 @@ from typing import Any
 
 from axistwin.core.units import MS
 from axistwin.plant.stepper import StepperAxis
-from axistwin.sim.clock import Clock, Event, Procedure
+from axistwin.sim.clock import Clock, Event, Procedure, Process, kill
 from axistwin.sim.motion.profile import Profile, Segment
 from axistwin.sim.motion.trapezoid import Limits
 from axistwin.sim.pins import Pin
@@ -45,8 +45,8 @@ class Positioner:
         """Return a positioner with these settings that moves an axis; its position is 0 there."""
         live = copy(self)
         live._axis, live._clock, live._at_limit = axis, axis.clock, at_limit
-        live._origin = live._encoder_origin = axis.pulses
-        live._plan, live._waiting, live._returning = 0, False, False
+        live._origin, live._encoder_origin = axis.pulses, axis.position
+        live._plan, live._waiting, live._watch = 0, False, None
         live._goal, live._ended = None, None
         live._pins = {side: pins[name] for side, name in ((-1, self.minus), (+1, self.plus)) if name}
         live._home = pins[self.home] if self.home else None
@@ -63,7 +63,7 @@ class Positioner:
     _ends: list[Callable[[], None]] = field(init=False, repr=False)
     _origin: int = field(init=False, repr=False)
     _encoder_origin: int = field(init=False, repr=False)
-    _returning: bool = field(init=False, repr=False)
+    _watch: Process | None = field(init=False, repr=False)  # What drives a servo back to where it should be.
     _goal: Any = field(init=False, repr=False)  # A position, a signed rate of an endless motion, or None: stop.
     _plan: int = field(init=False, repr=False)
     _waiting: bool = field(init=False, repr=False)
@@ -118,14 +118,14 @@ class Positioner:
         if isinstance(self._goal, int):
             self._goal += shift
 
-    def move_to(self, position: int) -> None:
-        """Move to a position; a new target in motion is reached with a ramp, by way of a stop if it lies behind."""
-        self.target = position
-        self._begin(int(position))
+    def move_to(self, position: float) -> None:
+        """Move to a position, rounded to whole steps; in motion with a ramp, and by way of a stop if it lies behind."""
+        self.target = round(position)
+        self._begin(self.target)
 
-    def move_by(self, distance: int) -> None:
-        """Move by a distance from the present target."""
-        self.move_to((self.target if self.moving else self.commanded) + distance)
+    def move_by(self, distance: float) -> None:
+        """Move by a distance from the target of the present move, or from the present position."""
+        self.move_to((self._goal if isinstance(self._goal, int) else self.commanded) + distance)
 
     def run(self, velocity: float) -> None:
         """Move with a signed velocity until stopped; 0 stops with a ramp."""
@@ -146,16 +146,20 @@ class Positioner:
     def find_home(self, velocity: float, slow: float) -> Procedure:
         """Search the home switch with a signed velocity, leave it slowly the other way, and call that place 0.
 
-        For `yield from`.  Returns True, or False if a limit switch has stopped the search.
+        For `yield from`.  Returns True, or False if a limit switch or a stop has ended the search.
         """
-        for speed, level in ((velocity, True), (-abs(slow) if velocity > 0 else abs(slow), False)):
+        back = -abs(slow) if velocity > 0 else abs(slow)
+        for speed, level in ((velocity, True), (back, True), (back, False)):  # The ramp may end beyond the switch.
             if self._home is not None and self._home.level is not level:
                 self.run(speed)
                 yield self._home.changed() | self.done
-                self.stop() if level else self.abort()
-                yield self.done
-                if self.stopped_by:
+                found = self._home.level is level
+                if found and speed == velocity:
+                    self.stop()
+                    yield self.done
+                if self.stopped_by or not found:
                     return False
+        self.abort()
         self.define(0)
         self.target = 0
         return True
@@ -165,6 +169,8 @@ class Positioner:
         self._cancel()
         if self._axis.moving:
             self._axis.halt()
+        if self._watch is not None:
+            kill(self._watch)
         for end in self._ends:
             end()
 
@@ -215,7 +221,7 @@ class Positioner:
             return
         self._waiting = False
         self._plan += 1
-        if self._goal is None or self._goal == self.commanded:
+        if self._goal is None or (isinstance(self._goal, int) and self._goal == self.commanded):
             self._end()
         else:
             self._next_leg()
@@ -232,24 +238,30 @@ class Positioner:
             event.succeed()
 
     def _disturbed(self) -> None:
-        if not self._returning and self.commanded != self.position:
-            self._returning = True
-            self._clock.process(self._return())
+        if (self._watch is None or not self._watch.is_alive) and (self._losing or self.commanded != self.position):
+            self._watch = self._clock.process(self._return())
+
+    @property
+    def _losing(self) -> bool:
+        return self._axis.moving and not self._axis.predictable
 
     def _return(self) -> Procedure:
         """Drive a servo back to where it should be, unless it is too far behind."""
-        while error := self.commanded - self.position:
+        while (error := self.commanded - self.position) or self._losing:
             if self.following_error is not None and abs(error) > self.following_error:
                 self.abort()
                 self._origin += self.commanded - self.position
                 self.stopped_by = "following error"
                 self._at_limit(0)
-            elif not self.moving and not self._axis.jammed:
+            elif error and not self.moving and not self._axis.jammed:
                 self._origin += error
                 self._goal = self.commanded + error
                 self._next_leg()
-            yield self._clock.timeout(MS)
-        self._returning = False
+            self._clock.background += 1
+            try:
+                yield self._clock.timeout(MS)
+            finally:
+                self._clock.background -= 1
 
     def _check_limits(self) -> None:
         direction = self._axis.train.move.direction

@@ -23,7 +23,7 @@ LEAST = Fraction(1, FINE)
 def ramp(start: Fraction, end: Fraction, acceleration: Fraction) -> list[Segment]:
     """Return a ramp between two rates in pulses/s, with a constant acceleration above 0 in pulses/s²."""
     change, sign = abs(end - start), 1 if end > start else -1
-    interval = MS * max(1, -(-change * S // (acceleration * MS * MOST_STEPS)))
+    interval = _interval(change, acceleration)
     step = acceleration * interval / S
     count = change // step
     levels = [Segment(start + sign * step * Fraction(2 * k + 1, 2), Fraction(interval, S)) for k in range(count)]
@@ -50,7 +50,12 @@ class Limits(NamedTuple):
         top, up, down = max(self.top, LEAST), max(self.up, LEAST), max(self.down or self.up, LEAST)
         end = min(self.start, top)
         start = max(rate, end)
-        if distance < _ramp_distance(start, end, down) or distance <= 0:
+        if 0 < distance < (needed := _ramp_distance(start, end, down)):
+            # The present rate, that of a stair of a ramp, may be half a step above the line.
+            if needed - distance > start * _interval(max(start, top), down) / (2 * S):
+                return self.to_rate(rate, Fraction(0))
+            down = Fraction(-(-(start * start - end * end) * FINE // (2 * distance)), FINE)
+        elif distance <= 0:
             return self.to_rate(rate, Fraction(0))
         square = (2 * up * down * distance + down * start**2 + up * end**2) / (up + down)
         peak = max(min(Fraction(isqrt(int(square * FINE * FINE)), FINE), top), end)
@@ -69,6 +74,11 @@ class Limits(NamedTuple):
         begin = max(rate, min(self.start, wanted))
         acceleration = max(self.up if wanted >= begin else self.down or self.up, LEAST)
         return [*ramp(begin, wanted, acceleration), Segment(wanted, None)]
+
+
+def _interval(change: Fraction, acceleration: Fraction) -> int:
+    """Return the duration of a stair in ns."""
+    return int(MS * max(1, -(-change * S // (acceleration * MS * MOST_STEPS))))
 
 
 def _pulses(segments: list[Segment]) -> Fraction:
