@@ -8,6 +8,7 @@ from functools import cached_property
 from struct import Struct, error
 from typing import Any, NamedTuple
 
+from axistwin.core.errors import UsageError
 from axistwin.core.units import to_ns
 from axistwin.devices.table import Entry, Refused, Why
 from axistwin.sim.frames import SOUND, LineError
@@ -26,6 +27,7 @@ class Request(NamedTuple):
 class Port(NamedTuple):
     """What a reader of characters uses."""
 
+    address: bytes  # What requests for this device begin with; the reader drops all others.
     take: Callable[[bytes, Refused | None], None]
     """Function that is called with a whole request, and with the reason if its framing is wrong."""
     echo: Callable[[bytes], None]
@@ -33,7 +35,7 @@ class Port(NamedTuple):
 
 
 Receive = Callable[[int, LineError], None]
-Find = Callable[[bytes, bytes], Request | None]
+Find = Callable[[bytes], Request]
 
 
 class Framing(ABC):
@@ -48,10 +50,7 @@ class Framing(ABC):
 
     @abstractmethod
     def finder(self, entries: Iterable[Entry], axes: Mapping[str, Any]) -> Find:
-        """Return a function of a request's bytes and of the device's address: the request; None for other addresses.
-
-        The function raises Refused for an unknown command and for values out of range.
-        """
+        """Return a function of a request's bytes; it raises Refused for an unknown command and a value out of range."""
 
     @abstractmethod
     def written(self, answer: Any) -> bytes:
@@ -65,7 +64,7 @@ class Lines(Framing):
     `ending`: terminator of the answers, by default that of the lines.  `echo`: each received character is sent back.
     `ignore`: characters that are dropped, e.g. b"\n" for hosts that end lines with CR LF.  `separator`: character
     between several commands in a line.  `address`: what each line begins with; `{address}` is the option of that name,
-    and other lines are for other devices.  `most`: longest line.
+    and other lines are for other devices.  `most`: longest line; a longer one is refused as a whole.
     """
 
     terminator: bytes = b"\r"
@@ -77,41 +76,50 @@ class Lines(Framing):
     address: str = ""
     most: int = MOST_LINE
 
+    def __post_init__(self) -> None:
+        if not self.terminator or any(byte in self.ignore for byte in self.terminator):
+            raise UsageError(
+                f"invalid terminator {self.terminator!r}: expected characters that are not ignored, "
+                'e.g. Lines(b"\\r", ignore=b"\\n")'
+            )
+
     def reader(self, port: Port) -> Receive:
-        line, wrong = bytearray(), False
+        line, wrong = bytearray(), ""
 
         def receive(byte: int, errors: LineError) -> None:
             nonlocal wrong
             if self.echo:
                 port.echo(bytes([byte]))
-            wrong |= errors != SOUND
+            if errors != SOUND:
+                wrong = wrong or "a character was received with an error"
             if byte in self.ignore:
                 return
             line.append(byte)
-            if line.endswith(self.terminator):
-                data = bytes(line[: -len(self.terminator)])
-                reason = Refused("a character was received with an error", why=Why.FORMAT) if wrong else None
-                line.clear()
-                wrong = False
-                for part in data.split(self.separator) if self.separator else [data]:
-                    if part:
+            if len(line) > self.most + len(self.terminator):
+                wrong = wrong or f"a line is longer than {self.most} characters"
+                del line[self.most : -len(self.terminator)]
+            if not line.endswith(self.terminator):
+                return
+            data, reason = bytes(line[: -len(self.terminator)]), Refused(wrong, why=Why.FORMAT) if wrong else None
+            line.clear()
+            wrong = ""
+            if data.startswith(port.address):
+                rest = data[len(port.address) :]
+                for part in rest.split(self.separator) if self.separator and reason is None else [rest]:
+                    if part.strip():
                         port.take(part, reason)
-            elif len(line) > self.most:
-                port.take(bytes(line), Refused(f"a line is longer than {self.most} characters", why=Why.FORMAT))
-                line.clear()
 
         return receive
 
     def finder(self, entries: Iterable[Entry], axes: Mapping[str, Any]) -> Find:
         table = [(entry, self.compiled(entry, axes)) for entry in entries]
+        names = {name.upper(): name for name in axes} if self.ignore_case else {}
 
-        def find(data: bytes, address: bytes) -> Request | None:
-            if not data.startswith(address):
-                return None
-            text = data[len(address) :].decode("latin-1").strip()
+        def find(data: bytes) -> Request:
+            text = data.decode("latin-1").strip()
             for entry, expression in table:
                 if found := expression.fullmatch(text):
-                    return Request(data, entry, entry.values(found.groupdict(), self.ignore_case))
+                    return Request(data, entry, entry.values(found.groupdict(), names))
             raise Refused(f"unknown command {text!r}", why=Why.UNKNOWN)
 
         return find
@@ -186,7 +194,8 @@ class Datagrams(Framing):
                 data, broken = bytes(held), wrong or self.check(bytes(held[: size - tail])) != held[size - tail :]
                 held.clear()
                 wrong = False
-                port.take(data, Refused("the check sum is wrong", why=Why.FORMAT) if broken else None)
+                if data.startswith(port.address):
+                    port.take(data, Refused("the check sum is wrong", why=Why.FORMAT) if broken else None)
 
         return receive
 
@@ -194,9 +203,7 @@ class Datagrams(Framing):
         table, (head, names) = tuple(entries), self._head
         tail = len(self.check(b""))
 
-        def find(data: bytes, address: bytes) -> Request | None:
-            if not data.startswith(address):
-                return None
+        def find(data: bytes) -> Request:
             values: dict[str, Any] = dict(zip(names, head.unpack(data[: head.size]), strict=True))
             if self.length:
                 values["data"] = data[head.size : len(data) - tail]

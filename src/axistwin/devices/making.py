@@ -173,8 +173,8 @@ class Hardware:
 
     def _listen(self, device: Device) -> None:
         if device is self.device:
-            read = self.kind.framing.reader(Port(self._take, self.uart.send, lambda: self.clock.now))
-            self.uart.on_receive = read
+            port = Port(self._address, self._take, self.uart.send, lambda: self.clock.now)
+            self.uart.on_receive = self.kind.framing.reader(port)
 
     def _pin_changed(self, name: str, pin: Pin) -> None:
         if self.device is not None:
@@ -202,9 +202,7 @@ class Hardware:
         try:
             if wrong is not None:
                 raise wrong
-            request = self._find(data, self._address)
-            if request is None:
-                return
+            request = self._find(data)
             wanted = {name: request.values[name] for name in request.entry.wanted}
             result = request.entry.handler(device, **wanted)  # type: ignore[misc]  # all entries have handlers
         except Refused as reason:

@@ -5,6 +5,7 @@ Dispatcher, `axistwin commands`, checker, completion and documentation read this
 
 import inspect
 import re
+from collections import Counter
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
 from enum import Enum, Flag, auto
@@ -54,10 +55,10 @@ class Parameter(Field):
 
     kind: str = "word"
 
-    def convert(self, text: str, ignore_case: bool) -> Any:
-        """Return the value.  Raises Refused outside of the range."""
+    def convert(self, text: str, axes: Mapping[str, str]) -> Any:
+        """Return the value; `axes`: their names by those in upper case.  Raises Refused outside of the range."""
         if self.kind == "axis":
-            return text.upper() if ignore_case else text
+            return axes.get(text.upper(), text)
         return self.checked(CONVERT.get(self.kind, str)(text))
 
     def checked(self, value: Any) -> Any:
@@ -68,7 +69,9 @@ class Parameter(Field):
     def example(self, axis: str) -> str:
         if self.kind == "axis":
             return axis
-        return {"word": "a", "text": "a"}.get(self.kind, str(self.low if self.low is not None else 0))
+        return (
+            "a" if self.kind in ("word", "text") else str(self.low if self.low is not None else min(0, self.high or 0))
+        )
 
 
 class Pattern(NamedTuple):
@@ -79,26 +82,30 @@ class Pattern(NamedTuple):
 
     @classmethod
     def read(cls, text: str, place: str) -> "Pattern":
-        """Raises UsageError for a kind that does not exist, or an optional part without its end."""
+        """Raises UsageError for an invalid placeholder, or an optional part without its end."""
         parts: list[str | Parameter] = []
         fixed, end, depth = {}, 0, 0
         for found in _PART.finditer(text):
             parts += [text[end : found.start()]] if found.start() > end else []
             end = found.end()
+            if found["name"]:
+                parts.append(_parameter(found, place, optional=depth > 0))
+                continue
+            parts.append(found[0])
             if found["fixed"]:
                 name, _, number = found["fixed"].partition("=")
                 fixed[name] = int(number)
-            elif found["bracket"]:
-                parts.append(found["bracket"])
-                depth += 1 if found["bracket"] == "[" else -1
             else:
-                parts.append(_parameter(found, place, optional=depth > 0))
+                depth += 1 if found["bracket"] == "[" else -1
         parts += [text[end:]] if text[end:] else []
         if depth or "{" in "".join(part for part in parts if isinstance(part, str)):
             raise UsageError(
                 f"{place}: invalid pattern {text!r}: expected pairs of brackets, e.g. '{{axis}}PA[{{to:int}}]'"
             )
-        return cls(tuple(parts), fixed)
+        made = cls(tuple(parts), fixed)
+        if twice := [name for name, count in Counter(part.name for part in made.parameters).items() if count > 1]:
+            raise UsageError(f"{place}: two placeholders {{{twice[0]}}} in {text!r}: give one another name")
+        return made
 
     @property
     def parameters(self) -> tuple[Parameter, ...]:
@@ -115,23 +122,36 @@ class Pattern(NamedTuple):
 
         return "".join(map(one, self.parts))
 
+    def examples(self, axis: str) -> tuple[str, str]:
+        """Return two lines that match: with and without the optional parts."""
+        words = [part.example(axis) if isinstance(part, Parameter) else part for part in self.parts]
+        full, short, depth = "", "", 0
+        for word, part in zip(words, self.parts, strict=True):
+            if part in ("[", "]"):
+                depth += 1 if part == "[" else -1
+            else:
+                full, short = full + word, short + (word if not depth else "")
+        return full, short
+
     def __str__(self) -> str:
-        fixed = " ".join(f"{name}={value}" for name, value in self.fixed.items())
-        words = (part if isinstance(part, str) else f"<{part.name}>" for part in self.parts)
-        return " ".join((fixed, "".join(words).strip())).strip() if fixed else "".join(words)
+        return "".join(part if isinstance(part, str) else f"<{part.name}>" for part in self.parts)
 
 
 def _parameter(found: re.Match[str], place: str, *, optional: bool) -> Parameter:
     name, rest = found["name"], found["rest"].strip()
     kind = found["kind"] or ("axis" if name == "axis" else "word")
-    if kind not in (*KINDS, "axis"):
+    if not name.isidentifier() or kind not in (*KINDS, "axis"):
         raise UsageError(
-            f"{place}: unknown kind {kind!r} in {found[0]}: expected one of {', '.join(KINDS)}, e.g. {{{name}:int}}"
+            f"{place}: invalid placeholder {found[0]}: expected a name and {', '.join(KINDS)}, e.g. {{to:int 0..9}}"
         )
     span = _RANGE.match(rest)
     unit = rest[span.end() :].strip() if span else rest
-    ends = [float(end) if kind == "float" else int(float(end)) for end in span.groups()] if span else [None, None]
-    return Parameter(name, unit, ends[0], ends[1], optional, kind)  # type: ignore[arg-type]
+    ends: list[Any] = (
+        [float(end) if kind == "float" else int(float(end)) for end in span.groups()] if span else [None, None]
+    )
+    if ".." in unit or (span and ends[0] > ends[1]):
+        raise UsageError(f"{place}: invalid range in {found[0]}: expected LOW..HIGH, e.g. {{{name}:{kind} 0..9}}")
+    return Parameter(name, unit, ends[0], ends[1], optional, kind)
 
 
 @dataclass(frozen=True)
@@ -149,13 +169,10 @@ class Entry(Command):
     def syntax(self) -> str:
         return str(self.code)
 
-    def values(self, texts: Mapping[str, str | None], ignore_case: bool) -> dict[str, Any]:
+    def values(self, texts: Mapping[str, str | None], axes: Mapping[str, str]) -> dict[str, Any]:
         """Return the values of the parameters; an optional part that is not there gives None.  Raises Refused."""
         made = {parameter.name: parameter for parameter in self.pattern.parameters}
-        return {
-            name: None if texts[name] is None else it.convert(str(texts[name]), ignore_case)
-            for name, it in made.items()
-        }
+        return {name: None if texts[name] is None else it.convert(str(texts[name]), axes) for name, it in made.items()}
 
 
 def command(
@@ -208,22 +225,27 @@ def collected(kind: type) -> Iterator[Entry]:
 def check_table(
     entries: list[Entry], fields: tuple[str, ...], matches: Callable[[Entry, str], bool], axis: str
 ) -> None:
-    """Raise UsageError for a handler whose parameters are not in its pattern, or two commands that match one line.
+    """Raise UsageError for a name that a handler or a datagram has not, or two commands that match one line.
 
-    `fields`: those of the datagrams.  `matches(entry, line)`: True if this command matches a line.
+    `fields`: those of the datagrams.  `matches(entry, line)`: True if this command matches a line.  Of two commands for
+    datagrams the first one may be a special case of the second.
     """
     for index, entry in enumerate(entries):
-        known = {parameter.name for parameter in entry.pattern.parameters} | set(fields)
-        if missing := [name for name in entry.wanted if name not in known]:
+        known = {parameter.name for parameter in entry.pattern.parameters}
+        if missing := [name for name in entry.wanted if name not in known | set(fields)]:
             raise UsageError(
                 f"{entry.place}: the pattern {entry.code!r} has no {{{missing[0]}}}: add it, or remove the parameter"
             )
-        line = "".join(part.example(axis) if isinstance(part, Parameter) else part for part in entry.pattern.parts)
-        line = line.replace("[", "").replace("]", "")
+        if unknown := [name for name in (*entry.pattern.fixed, *known) if fields and name not in fields]:
+            raise UsageError(f"{entry.place}: no field {unknown[0]!r}: expected one of {', '.join(fields)}")
         for other in entries[index + 1 :]:
-            same = entry.pattern.fixed == other.pattern.fixed if fields else matches(other, line)
-            if same:
+            if fields:
+                lines = [str(entry.code)] if entry.pattern.fixed.items() <= other.pattern.fixed.items() else []
+            else:
+                lines = [line for line in entry.pattern.examples(axis) if matches(other, line)]
+                lines += [line for line in other.pattern.examples(axis) if matches(entry, line)]
+            if lines or entry.code == other.code:
                 raise UsageError(
-                    f"{other.place}: {other.code!r} also matches {line or str(entry.code)!r}, "
+                    f"{other.place}: {other.code!r} also matches {(*lines, entry.code)[0]!r}, "
                     f"as {entry.code!r} does at {entry.place}: change one of the patterns"
                 )
