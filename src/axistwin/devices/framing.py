@@ -53,6 +53,10 @@ class Framing(ABC):
         """Return a function of a request's bytes; it raises Refused for an unknown command and a value out of range."""
 
     @abstractmethod
+    def phrase(self, entry: Entry, values: Mapping[str, Any], address: bytes) -> bytes:
+        """Return the characters of a request, with these values of the parameters."""
+
+    @abstractmethod
     def written(self, answer: Any) -> bytes:
         """Return the characters of an answer.  Raises TypeError for an answer that cannot be written."""
 
@@ -62,8 +66,7 @@ class Lines(Framing):
     r"""Lines of text that end with a terminator.
 
     `ending`: terminator of the answers, by default that of the lines.  `echo`: each received character is sent back.
-    `ignore`: characters that are dropped, e.g. b"\n" for hosts that end lines with CR LF.  `at_once`: characters that
-    are requests without terminator and address, and drop a line that has begun, e.g. b"\x1b".  `separator`: character
+    `ignore`: characters that are dropped, e.g. b"\n" for hosts that end lines with CR LF.  `separator`: character
     between several commands in a line.  `address`: what each line begins with; `{address}` is the option of that name,
     and other lines are for other devices.  `most`: longest line; a longer one is refused as a whole.
     """
@@ -72,7 +75,6 @@ class Lines(Framing):
     ending: bytes | None = None
     echo: bool = False
     ignore: bytes = b""
-    at_once: bytes = b""
     ignore_case: bool = False
     separator: bytes = b""
     address: str = ""
@@ -95,11 +97,6 @@ class Lines(Framing):
             if errors != SOUND:
                 wrong = wrong or "a character was received with an error"
             if byte in self.ignore:
-                return
-            if byte in self.at_once and errors == SOUND:
-                line.clear()
-                wrong = ""
-                port.take(bytes([byte]), None)
                 return
             line.append(byte)
             if len(line) > self.most + len(self.terminator):
@@ -133,6 +130,9 @@ class Lines(Framing):
 
     def compiled(self, entry: Entry, axes: Mapping[str, Any]) -> re.Pattern[str]:
         return re.compile(entry.pattern.expression(axes), re.ASCII | (re.IGNORECASE if self.ignore_case else 0))
+
+    def phrase(self, entry: Entry, values: Mapping[str, Any], address: bytes) -> bytes:
+        return address + entry.pattern.filled(values)[0].encode("latin-1", "replace") + self.terminator
 
     def written(self, answer: Any) -> bytes:
         if isinstance(answer, bytes):
@@ -222,6 +222,12 @@ class Datagrams(Framing):
             raise Refused(f"unknown command {data.hex(' ')}", why=Why.UNKNOWN)
 
         return find
+
+    def phrase(self, entry: Entry, values: Mapping[str, Any], address: bytes) -> bytes:
+        head, names = self._head
+        fields = {**dict.fromkeys(names, 0), **values, **entry.pattern.fixed}
+        data = address + head.pack(*(fields[name] for name in names))[len(address) :]
+        return data + self.check(data)
 
     def written(self, answer: Any) -> bytes:
         if isinstance(answer, bytes):
