@@ -186,7 +186,7 @@ def test_what_ci_does_is_done_here():
 
 def test_the_examples_of_the_page_on_testing_run(tmp_path):
     text = (HOME / "docs" / "testing.md").read_text(encoding="utf-8")
-    test, program = re.findall(r"^```python\n(.*?)^```$", text, re.DOTALL | re.MULTILINE)
-    (tmp_path / "test_page.py").write_text(test, encoding="utf-8")
-    assert printed("pytest -qq", tmp_path).startswith(". ")
+    test, program, checks = re.findall(r"^```python\n(.*?)^```$", text, re.DOTALL | re.MULTILINE)
+    (tmp_path / "test_page.py").write_text(test + checks, encoding="utf-8")
+    assert printed("pytest -qq", tmp_path).startswith("....... ")
     exec(compile(program, "docs/testing.md", "exec"), {})
