@@ -9,7 +9,7 @@ from axistwin.core.units import to_ns, to_seconds
 from axistwin.devices.framing import Framing, Lines, Request
 from axistwin.devices.table import Refused
 from axistwin.plant.positioner import Positioner
-from axistwin.sim.clock import Clock, Event, Procedure, Process
+from axistwin.sim.clock import Clock, Event, Procedure, Process, kill
 
 
 @dataclass(frozen=True)
@@ -84,7 +84,8 @@ class Device:
     fault: Callable[[str], None]
     """Report a fault by its name to whoever observes the controller."""
     begin: Callable[[Generator[Event, Any, Any]], Process]
-    """Begin a procedure that runs beside everything else, until it ends or the power does."""
+    """Begin a procedure that runs beside everything else, until it ends, `end` is called with it, or the power ends."""
+    end: Callable[[Process], None] = staticmethod(kill)
     awaited: Awaited | None = None
 
     def start(self) -> Any:

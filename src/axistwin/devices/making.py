@@ -240,7 +240,7 @@ class Hardware:
             self._refuse(request.data, _bug(self.kind, error, entry.place))
 
     def _refuse(self, data: bytes, reason: Refused) -> None:
-        self.refusals.emit(Refusal(data, reason.words if reason.why is not Why.UNKNOWN else ""))
+        self.refusals.emit(Refusal(data, reason.words))
         if reason.why is Why.BUG:
             _log.error("%s", reason.words)
         answer = self._guarded(lambda: self.device and self.device.refused(reason, data), data)
