@@ -70,3 +70,31 @@ def test_a_procedure_ends_when_its_device_ends_it():
     send(bench, pusher, 7, 2, 9)
     bench.run(5)
     assert axis.position == 30
+
+
+def test_a_position_at_rest_is_the_target_whatever_its_number():
+    bench, pusher, axis = built()
+    send(bench, pusher, 7, 1, 8)
+    send(bench, pusher, 7, 2, 9)
+    axis.run(100)
+    bench.run(1)
+    axis.abort()
+    send(bench, pusher, 7, 3, 10)
+    assert (axis.position, axis.target) == (50, 50)
+
+
+@pytest.mark.parametrize(
+    "act",
+    [lambda axis: axis.abort(), lambda axis: axis.stop(), lambda axis: axis.move_to(6), lambda axis: axis.run(-700)],
+    ids=["abort", "stop", "move_to", "run"],
+)
+def test_the_pulse_of_the_nanosecond_of_a_change_stays_made(act):
+    """Pulses at 700/s come every 1 428 571.43 ns; the sixth belongs to 8 571 428 ns, and is due 0.57 ns later."""
+    bench, _, axis = built()
+    axis.velocity = axis.start_velocity = 700
+    axis.run(700)
+    bench.clock.run_to(8_571_428)
+    assert axis.position == 6
+    act(axis)
+    bench.run(0.001)
+    assert axis.position == 6

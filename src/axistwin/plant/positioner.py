@@ -114,7 +114,7 @@ class Positioner:
         shift = position - self.position
         self._origin -= shift
         self._encoder_origin -= shift
-        self.target += shift
+        self.target = self.target + shift if self.moving else position
         if isinstance(self._goal, int):
             self._goal += shift
 
@@ -139,8 +139,7 @@ class Positioner:
     def abort(self) -> None:
         """Stop at once, without a ramp."""
         self._cancel()
-        if self._axis.moving:
-            self._axis.halt()
+        self._halt()
         self._end()
 
     def find_home(self, velocity: float, slow: float) -> Procedure:
@@ -161,20 +160,26 @@ class Positioner:
                     return False
         self.abort()
         self.define(0)
-        self.target = 0
         return True
 
     def disconnect(self) -> None:
         """End all motion: the power is off."""
         self._cancel()
-        if self._axis.moving:
-            self._axis.halt()
+        self._halt()
         if self._watch is not None:
             kill(self._watch)
         for end in self._ends:
             end()
 
     # How it moves
+
+    def _halt(self) -> None:
+        if self._axis.moving:
+            self._axis.replace(self._whole())
+
+    def _whole(self) -> Profile:
+        move = self._axis.train.move
+        return move.profile.cut_whole(self._clock.now - move.start_ns)
 
     def _begin(self, goal: Any) -> None:
         self._goal, self.stopped_by = goal, ""
@@ -210,6 +215,8 @@ class Positioner:
             return
         self._cancel()
         profile = Profile(segments, phase=fraction, before=rate)
+        if self._axis.moving:
+            self._axis.train.replace(self._whole())
         self._axis.start(profile, direction)
         if profile.end_ns is not None:
             plan, self._waiting = self._plan, True

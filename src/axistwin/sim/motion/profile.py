@@ -136,6 +136,14 @@ class Profile:
             added = (Segment(self.segments[j].rate, _seconds(since_s, S * self.ticks)), *added)
         return self._extended(j, added) or Profile((*self.segments[:j], *added), self.phase, self.before)
 
+    def cut_whole(self, elapsed_ns: int) -> "Profile":
+        """Return a copy up to the time `elapsed_ns`, with the pulse of this nanosecond even if due later in it."""
+        made, fraction = self.phase_at(elapsed_ns)
+        if self.over(elapsed_ns) or (pulses := self.pulses_by(elapsed_ns)) == made:
+            return self.cut(elapsed_ns)
+        rate = self.rate_at(elapsed_ns)
+        return self.cut(elapsed_ns, [Segment(rate, (pulses - made - fraction) / rate)])
+
     def _extended(self, kept: int, added: tuple[Segment, ...]) -> "Profile | None":
         """Return the first `kept` segments and `added`; None if the units 1/`ticks` s, 1/`parts` pulse do not fit."""
         profile = Profile.__new__(Profile)
