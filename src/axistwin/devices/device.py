@@ -74,15 +74,15 @@ class Device:
     options: Mapping[str, Any] = {}  # In the class Option by name, in an object the values.
     memory: dict[str, Any] = {}  # noqa: RUF012  # In the class the factory settings, in an object what was saved.
     faults: ClassVar[tuple[str, ...]] = ()  # Names of the faults that `fault` reports.
-    answer_after: ClassVar[float] = 0.0  # Seconds from the end of a request to the beginning of its answer.
+    answer_after: ClassVar[float] = 0.0  # Seconds from the end of a request to the beginning of its answer, or refusal.
 
     clock: Clock
     send: Callable[[Any], None]
-    """Send characters, or an answer with its terminator, that no request has asked for."""
+    """Send at once what no request has asked for: text or a number with its terminator, bytes, fields of a datagram."""
     save: Callable[[], None]
     """Store `memory`, which then survives a loss of power.  Numbers, texts, lists and dictionaries can be stored."""
     fault: Callable[[str], None]
-    """Report a fault by its name to whoever observes the controller."""
+    """Report a fault by its name in `faults` to whoever observes the controller."""
     begin: Callable[[Generator[Event, Any, Any]], Process]
     """Begin a procedure that runs beside everything else, until it ends, `end` is called with it, or the power ends."""
     end: Callable[[Process], None] = staticmethod(kill)
@@ -99,11 +99,11 @@ class Device:
         """Return the answer to a request that is not carried out; by default there is none, and nothing happens."""
         return None
 
-    def pin_changed(self, name: str, level: bool) -> None:
-        """Act on a change of an input."""
+    def pin_changed(self, name: str, level: bool) -> Any:
+        """Act on a change of an input; a generator is begun as a procedure."""
 
-    def limit_reached(self, axis: str, side: int) -> None:
-        """Act on a stop by a limit switch, `side` -1 or +1, or by the following error, `side` 0."""
+    def limit_reached(self, axis: str, side: int) -> Any:
+        """Act, as `pin_changed`, on a stop by a limit switch, `side` -1 or +1, or by the following error, 0."""
 
     def hint(self) -> str:
         """Return why nothing moves, and the remedy; "" if it can."""

@@ -66,7 +66,8 @@ class Lines(Framing):
     r"""Lines of text that end with a terminator.
 
     `ending`: terminator of the answers, by default that of the lines.  `echo`: each received character is sent back.
-    `ignore`: characters that are dropped, e.g. b"\n" for hosts that end lines with CR LF.  `separator`: character
+    `ignore`: characters that are dropped, e.g. b"\n" for hosts that end lines with CR LF.  `at_once`: characters that
+    are requests without terminator and address, and drop a line that has begun, e.g. b"\x1b".  `separator`: character
     between several commands in a line.  `address`: what each line begins with; `{address}` is the option of that name,
     and other lines are for other devices.  `most`: longest line; a longer one is refused as a whole.
     """
@@ -75,6 +76,7 @@ class Lines(Framing):
     ending: bytes | None = None
     echo: bool = False
     ignore: bytes = b""
+    at_once: bytes = b""
     ignore_case: bool = False
     separator: bytes = b""
     address: str = ""
@@ -97,6 +99,11 @@ class Lines(Framing):
             if errors != SOUND:
                 wrong = wrong or "a character was received with an error"
             if byte in self.ignore:
+                return
+            if byte in self.at_once and errors == SOUND:
+                line.clear()
+                wrong = ""
+                port.take(bytes([byte]), None)
                 return
             line.append(byte)
             if len(line) > self.most + len(self.terminator):
@@ -132,7 +139,8 @@ class Lines(Framing):
         return re.compile(entry.pattern.expression(axes), re.ASCII | (re.IGNORECASE if self.ignore_case else 0))
 
     def phrase(self, entry: Entry, values: Mapping[str, Any], address: bytes) -> bytes:
-        return address + entry.pattern.filled(values)[0].encode("latin-1", "replace") + self.terminator
+        line = entry.pattern.filled(values)[0].encode("latin-1", "replace")
+        return line if line in [bytes([byte]) for byte in self.at_once] else address + line + self.terminator
 
     def written(self, answer: Any) -> bytes:
         if isinstance(answer, bytes):

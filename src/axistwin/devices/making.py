@@ -28,15 +28,15 @@ from axistwin.sim.serial import Uart
 from axistwin.sim.signal import Alarms, Signal
 
 MOST_WAITING = 64  # Largest number of requests that wait for a procedure that blocks.
+KINDS = {int: "a whole number", float: "a number", str: "a text", bool: "True or False"}  # Of options.
 _log = getLogger("axistwin.devices")
 
 
 @cache
 def product_of(kind: type[Device]) -> Product:
     """Return the model of a class.  Raises UsageError for a class whose table or figures are wrong."""
-    place = f"{Path(inspect.getfile(kind)).name}:{inspect.getsourcelines(kind)[1]}"
     if not isinstance(getattr(kind, "model", None), str):
-        raise UsageError(f'{place}: class {kind.__name__} has no model: add one, e.g. model = "stage"')
+        raise UsageError(f'{_place(kind)}: class {kind.__name__} has no model: add one, e.g. model = "stage"')
     entries = list(collected(kind))
     lines = kind.framing if isinstance(kind.framing, Lines) else None
     check_table(
@@ -48,11 +48,12 @@ def product_of(kind: type[Device]) -> Product:
         for pin in filter(None, (axis.minus, axis.plus, axis.home)):
             if not isinstance(kind.pins.get(pin), Input):
                 raise UsageError(
-                    f"{place}: axis {name} names {pin!r}: add it to the pins, e.g. {pin!r}: Input(level=True)"
+                    f"{_place(kind)}: axis {name} names {pin!r}: add it to the pins, e.g. {pin!r}: Input(level=True)"
                 )
+    _check_texts(kind)
     return Product(
         kind.model, kind.title or f"{kind.__module__} {kind.__name__}", CommandSet(*entries), tuple(kind.axes),
-        _options(kind, place), lambda clock, axes, options, store: Hardware(kind, entries, clock, axes, options, store),
+        _options(kind), lambda clock, axes, options, store: Hardware(kind, entries, clock, axes, options, store),
         make_axis=lambda clock, name, given, history: _axis(kind.axes[name], clock, name, given, history),
         line=line_format(kind.line, UartFormat())[0],
         limit_pins={name: (axis.minus, axis.plus) for name, axis in kind.axes.items() if axis.minus and axis.plus},
@@ -73,19 +74,37 @@ def _axis(positioner: Positioner, clock: Clock, name: str, given: Mapping[str, A
     return axis
 
 
-def _options(kind: type[Device], place: str) -> type[Any]:
+def _check_texts(kind: type[Device]) -> None:
+    try:
+        kind.framing.address.format(**{name: getattr(option, "usual", "") for name, option in kind.options.items()})
+        json.dumps(dict(kind.memory))
+    except (LookupError, ValueError) as error:
+        raise UsageError(
+            f"{_place(kind)}: invalid address {kind.framing.address!r}: {error}: expected the name of an option, "
+            'e.g. "{address:02d}"'
+        ) from None
+    except TypeError as error:
+        raise UsageError(
+            f"{_place(kind)}: invalid memory: {error}: expected numbers, texts, lists and dictionaries"
+        ) from None
+
+
+def _options(kind: type[Device]) -> type[Any]:
     def check(made: Any) -> None:
         for name, option in kind.options.items():
             value = getattr(made, name)
-            if not isinstance(option, Option):
-                raise UsageError(f"{place}: option {name} is {option!r}: expected Option(...), e.g. Option(1, 1, 255)")
+            if not isinstance(option, Option) or type(option.usual) not in KINDS:
+                raise UsageError(
+                    f"{_place(kind)}: option {name} is {option!r}: expected Option(...), e.g. Option(1, 1, 255)"
+                )
             low, high = option.low, option.high
             number = isinstance(option.usual, int | float) and not isinstance(option.usual, bool)
             fits = isinstance(value, (int, float) if type(option.usual) is float else type(option.usual))
+            fits &= isinstance(value, bool) is isinstance(option.usual, bool)
             fits &= not number or ((low is None or value >= low) and (high is None or value <= high))
             if not fits or (option.choices and value not in option.choices):
                 span = f" from {low} to {high}" if low is not None else ""
-                wanted = " or ".join(map(repr, option.choices)) or f"a {type(option.usual).__name__}{span}"
+                wanted = " or ".join(map(repr, option.choices)) or f"{KINDS[type(option.usual)]}{span}"
                 raise UsageError(
                     f"invalid {name}={value!r} of {kind.model}: expected {wanted}, e.g. {name}={option.usual!r}"
                 )
@@ -162,10 +181,10 @@ class Hardware:
         self.device = device
         device.clock, device.options, device.pins = self.clock, self.options, self.pins
         device.memory = _recalled(self.store, kind.memory)
-        device.send, device.fault, device.begin = self._send, self.alarms.emit, self._begin
+        device.send, device.fault, device.begin = partial(self._send, after_s=0.0), self._fault, self._begin
         device.save = lambda: self.store.save(json.dumps(device.memory).encode())
         device.axes = {
-            name: spec.connect(self.axes[name], self.pins, partial(self._limit_reached, name))
+            name: spec.connect(self.axes[name], self.pins, partial(self._react, "limit_reached", name))
             for name, spec in kind.axes.items()
         }
         for name, pin in self.pins.items():
@@ -183,12 +202,18 @@ class Hardware:
             self.uart.on_receive = self.kind.framing.reader(port)
 
     def _pin_changed(self, name: str, pin: Pin) -> None:
-        if self.device is not None:
-            self._guarded(partial(self.device.pin_changed, name, pin.level), b"")
+        self._react("pin_changed", name, pin.level)
 
-    def _limit_reached(self, axis: str, side: int) -> None:
+    def _react(self, method: str, *values: Any) -> None:
         if self.device is not None:
-            self._guarded(partial(self.device.limit_reached, axis, side), b"")
+            result = self._guarded(partial(getattr(self.device, method), *values), b"")
+            if isinstance(result, Generator):
+                self._begin(result)
+
+    def _fault(self, name: str) -> None:
+        if name not in self.kind.faults:
+            raise ValueError(f"no fault {name!r}: expected one of {', '.join(self.kind.faults) or 'faults = (…)'}")
+        self.alarms.emit(name)
 
     # Requests
 
@@ -248,10 +273,8 @@ class Hardware:
             self._guarded(partial(self._send, answer), data)
 
     def _send(self, answer: Any, after_s: float | None = None) -> None:
-        data, delay_ns = (
-            self.kind.framing.written(answer),
-            to_ns(self.kind.answer_after if after_s is None else after_s),
-        )
+        data = self.kind.framing.written(answer)
+        delay_ns = to_ns(self.kind.answer_after if after_s is None else after_s)
         if delay_ns:
             device = self.device
             self.clock.call_later(delay_ns, lambda: self.uart.send(data) if device is self.device else None)
@@ -293,7 +316,8 @@ class Hardware:
 
     def _registers(self) -> Mapping[str, Register]:
         def read(name: str, text: bool) -> Any:
-            return ("off" if text else 0) if self.device is None else self._guarded(getattr(self.device, name), b"")
+            value = None if self.device is None else self._guarded(getattr(self.device, name), b"")
+            return value if value is not None else "off" if text else 0
 
         texts = {
             name: getattr(self.kind, name).__annotations__.get("return") in (str, "str") for name in _states(self.kind)
@@ -332,7 +356,20 @@ def _recalled(store: Store, factory: Mapping[str, Any]) -> dict[str, Any]:
 
 def _bug(kind: type[Device], error: Exception, place: str = "") -> Refused:
     """Return an error in a handler as a reason that names its line, of the deepest frame in the device's own file."""
-    own = inspect.getfile(kind)
-    frames = [frame for frame in traceback.extract_tb(error.__traceback__) if frame.filename == own]
-    where = f"{Path(own).name}:{frames[-1].lineno}" if frames else place or Path(own).name
+    own = _files(kind)
+    frames = [frame for frame in traceback.extract_tb(error.__traceback__) if frame.filename in own]
+    where = f"{Path(frames[-1].filename).name}:{frames[-1].lineno}" if frames else place or _place(kind)
     return Refused(one_line(f"{where}: {type(error).__name__} in {kind.model}: {error}: mend the handler"), why=Why.BUG)
+
+
+def _files(kind: type[Device]) -> list[str]:
+    own = (method for base in kind.__mro__ if base is not Device for method in vars(base).values())
+    return [method.__code__.co_filename for method in own if inspect.isfunction(method)]
+
+
+def _place(kind: type[Device]) -> str:
+    name = Path((*_files(kind), kind.__module__)[0]).name
+    try:
+        return f"{name}:{inspect.getsourcelines(kind)[1]}"
+    except (OSError, TypeError):  # A class that was typed, or made by a function, has no source.
+        return name

@@ -17,7 +17,9 @@ from axistwin.controllers.commandset import Command, Field
 from axistwin.core.errors import UsageError
 
 Handler = Callable[..., Any]
-_PART = re.compile(r"\{(?P<name>\w+)(?::(?P<kind>\w+))?(?P<rest>[^{}]*)\}|(?P<bracket>[\[\]])|(?P<fixed>\w+=\d+)(?!\S)")
+_PART = re.compile(
+    r"\{(?P<name>\w+)(?::(?P<kind>[^\s{}]+))?(?P<rest>[^{}]*)\}|(?P<bracket>[\[\]])|(?P<fixed>\w+=\d+)(?!\S)"
+)
 _RANGE = re.compile(r"(-?\d+(?:\.\d+)?)\.\.(-?\d+(?:\.\d+)?)")
 KINDS = {
     "int": r"[+-]?\d{1,18}", "float": r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d{1,3})?", "word": r"\w+", "text": r".*",
@@ -59,6 +61,8 @@ class Parameter(Field):
         """Return the value; `axes`: their names by those in upper case.  Raises Refused outside of the range."""
         if self.kind == "axis":
             return axes.get(text.upper(), text)
+        if "|" in self.kind:
+            return next((choice for choice in self.kind.split("|") if choice.upper() == text.upper()), text)
         return self.checked(CONVERT.get(self.kind, str)(text))
 
     def checked(self, value: Any) -> Any:
@@ -69,9 +73,9 @@ class Parameter(Field):
     def example(self, axis: str) -> str:
         if self.kind == "axis":
             return axis
-        return (
-            "a" if self.kind in ("word", "text") else str(self.low if self.low is not None else min(0, self.high or 0))
-        )
+        if self.kind in CONVERT:
+            return str(self.low if self.low is not None else min(0, self.high or 0))
+        return self.kind.partition("|")[0] if "|" in self.kind else "a"
 
 
 class Pattern(NamedTuple):
@@ -117,8 +121,9 @@ class Pattern(NamedTuple):
         def one(part: str | Parameter) -> str:
             if isinstance(part, str):
                 return {"[": "(?:", "]": ")?"}.get(part) or re.escape(part)
-            choices = "|".join(map(re.escape, sorted(axes, key=len, reverse=True))) if part.kind == "axis" else ""
-            return f"(?P<{part.name}>{choices or KINDS.get(part.kind, '(?!)')})"
+            choices = axes if part.kind == "axis" else part.kind.split("|") if "|" in part.kind else ()
+            words = "|".join(map(re.escape, sorted(choices, key=len, reverse=True)))
+            return f"(?P<{part.name}>{words or KINDS.get(part.kind, '(?!)')})"
 
         return "".join(map(one, self.parts))
 
@@ -144,7 +149,7 @@ class Pattern(NamedTuple):
 def _parameter(found: re.Match[str], place: str, *, optional: bool) -> Parameter:
     name, rest = found["name"], found["rest"].strip()
     kind = found["kind"] or ("axis" if name == "axis" else "word")
-    if not name.isidentifier() or kind not in (*KINDS, "axis"):
+    if not name.isidentifier() or (kind not in (*KINDS, "axis") and "|" not in kind):
         raise UsageError(
             f"{place}: invalid placeholder {found[0]}: expected a name and {', '.join(KINDS)}, e.g. {{to:int 0..9}}"
         )
@@ -185,9 +190,10 @@ def command(
     """Make a method the handler of a command.
 
     `pattern`: the line without its terminator, with placeholders `{name:kind low..high unit}`; the kinds are int,
-    float, word and text, `{axis}` is the name of an axis, and a part in brackets may be missing (None).  For datagrams:
-    fields of one value, then the others, e.g. `"code=4 type=0 {motor:int 0..2} {value:int}"`.  `section`: that of the
-    manual.  `blocks`: later requests wait until a procedure has ended.  `after`: seconds until the answer begins.
+    float, word, text and choices such as `{side:L|R}`, `{axis}` is the name of an axis, and a part in brackets may be
+    missing (None).  For datagrams: fields of one value, then the others, e.g. `"code=4 type=0 {motor:int 0..2}
+    {value:int}"`.  `section`: that of the manual.  `blocks`: later requests wait until a procedure has ended.
+    `after`: seconds until the answer begins.
 
     The method returns the answer: text, a number or bytes, fields of a datagram, or None for silence.  As a generator
     it is a procedure: it yields events, e.g. `self.after(0.2)` or `axis.done`, and returns its answer at its end.

@@ -27,7 +27,7 @@ from axistwin.records.traces.provenance import provenance
 from axistwin.scenes.diagnostics.checking import HostProgram, host_programs, kind_of, load
 from axistwin.scenes.reports import transcript
 from axistwin.scenes.reports.page import Page, check_path, write_page
-from axistwin.scenes.reports.refusals import Refusal, models_at, refusals
+from axistwin.scenes.reports.refusals import RefusedLine, models_at, refusals
 from axistwin.scenes.reports.run_record import RunRecord, recording_run
 
 if TYPE_CHECKING:
@@ -134,7 +134,7 @@ def run(
 
 
 def _page(
-    title: str, record: RunRecord, outcome: Outcome, refused: Sequence[Refusal], chart: "Chart | None", code: int,
+    title: str, record: RunRecord, outcome: Outcome, refused: Sequence[RefusedLine], chart: "Chart | None", code: int,
     program: Path | None,
 ) -> Page:  # fmt: skip
     ended = "interrupted" if code == INTERRUPTED else "failed" if code else "completed"
@@ -188,7 +188,7 @@ def _tracing(bench: Bench, files: Sequence[Path], signals: str | None, limit: in
         yield traced
 
 
-def _with_refusals(outcome: Outcome, refused: Sequence[Refusal], checked: str) -> Outcome:
+def _with_refusals(outcome: Outcome, refused: Sequence[RefusedLine], checked: str) -> Outcome:
     lines = len({(each.file, each.error.line) for each in refused})
     note = f"{lines} line{'s' * (lines != 1)} refused: axistwin check {checked}"
     return replace(outcome, note="; ".join(each for each in (outcome.note, note) if each))
@@ -217,7 +217,7 @@ def _is_for(program: Path, made: Product) -> bool:
     return bool(made.suffix) and kind_of(program) == made.suffix
 
 
-def _report(record: RunRecord, outcome: Outcome, refused: Sequence[Refusal], as_json: bool) -> None:
+def _report(record: RunRecord, outcome: Outcome, refused: Sequence[RefusedLine], as_json: bool) -> None:
     if as_json:
         difference = asdict(outcome.difference) if outcome.difference else None
         click.echo(json.dumps({**transcript.as_dict(record, refused), "difference": difference, "note": outcome.note}))

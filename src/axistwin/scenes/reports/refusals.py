@@ -16,7 +16,7 @@ STORED = ".sms"
 
 
 @dataclass(frozen=True)
-class Refusal:
+class RefusedLine:
     """A refused line; `message`: the host's message with it, None for a line of a stored program."""
 
     file: str
@@ -38,14 +38,14 @@ def models_at(bench: Bench) -> dict[str, Product]:
     return found | ({"": found[reached[0]]} if len(reached) == 1 else {})
 
 
-def refusals(said: Iterable[Message], programs: Sequence[HostProgram]) -> list[Refusal]:
+def refusals(said: Iterable[Message], programs: Sequence[HostProgram]) -> list[RefusedLine]:
     """Return all refused commands and program lines: the error, and the host's message with it."""
     senders = [_Sender(program) for program in programs if program.suffix != STORED and program.errors]
-    stored = [Refusal(p.file, error) for p in programs if p.suffix == STORED for error in p.errors]
+    stored = [RefusedLine(p.file, error) for p in programs if p.suffix == STORED for error in p.errors]
     heard = [message for message in said if message.by_host] if senders else []
     several = {message.controller for message in heard}
     found = [
-        Refusal(sender.program.file, error, message)
+        RefusedLine(sender.program.file, error, message)
         for message in heard
         for sender in senders
         if sender.program.endpoint in (message.controller, *([""] if len(several) == 1 else []))

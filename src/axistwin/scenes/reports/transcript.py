@@ -11,7 +11,7 @@ from axistwin.bench.events import FaultChanged, LevelChanged, VoltageChanged
 from axistwin.core.units import to_seconds
 from axistwin.plant.machine_units import MachineUnits
 from axistwin.plant.servo_axis import ServoAxis
-from axistwin.scenes.reports.refusals import Refusal
+from axistwin.scenes.reports.refusals import RefusedLine
 from axistwin.scenes.reports.run_record import AnyMove, Message, RunRecord
 from axistwin.sim.frames import LineError
 
@@ -21,14 +21,14 @@ HIDDEN_LEVELS = ("dtr", "rts", "host.dtr", "host.rts")
 Item = Message | AnyMove | FaultChanged | LevelChanged | VoltageChanged
 
 
-def text(run: RunRecord, refused: Sequence[Refusal] = ()) -> Iterator[str]:
+def text(run: RunRecord, refused: Sequence[RefusedLine] = ()) -> Iterator[str]:
     """Yield the transcript of a run: one line for each message, move, fault and level change, in order of time.
 
     `>` marks a message of the host, `<` a message of the controller, `!` an action of an operator or a refused line,
     and `=` a new level.
     """
     yield from (f"{'':14}  {refusal.words}" for refusal in refused if refusal.message is None)
-    by_message: dict[int, list[Refusal]] = {}
+    by_message: dict[int, list[RefusedLine]] = {}
     for refusal in refused:
         by_message.setdefault(id(refusal.message), []).append(refusal)
     several = endpoints.several(run.bench)
@@ -86,7 +86,7 @@ def _way(origin: int, target: int, units: MachineUnits | None) -> str:
     return "" if units is None else f"{units.shown(origin)} → {units.shown(target)} {units.of}"
 
 
-def as_dict(run: RunRecord, refused: Sequence[Refusal] = ()) -> dict[str, Any]:
+def as_dict(run: RunRecord, refused: Sequence[RefusedLine] = ()) -> dict[str, Any]:
     """Return the transcript of a run as a dictionary, for the option `--json`.
 
     Times are in ns, rates in pulses/s or counts/s.  An axis with a machine unit has its positions and rates in this
@@ -133,7 +133,7 @@ def _said(message: Message, codec: Codec) -> dict[str, Any]:
     }  # fmt: skip
 
 
-def _refused(refusal: Refusal) -> dict[str, Any]:
+def _refused(refusal: RefusedLine) -> dict[str, Any]:
     error, message = refusal.error, refusal.message
     return {
         "time_ns": None if message is None else message.time_ns, "file": refusal.file, "line": error.line,
