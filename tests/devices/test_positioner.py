@@ -136,6 +136,21 @@ def test_a_target_in_motion(slide, target, seconds):
     assert (x.position, motor.position) == (target, target)
 
 
+@pytest.mark.parametrize(("target", "seconds"), [(5000, 5.1), (-5000, 5.1), (0, 0)])
+def test_the_second_target_of_the_same_instant(slide, target, seconds):
+    bench, motor, x = parts(slide)
+    x.move_to(300)
+    x.move_to(target)
+    assert (settled(bench, x), x.position, len(motor.pulse_times())) == (seconds, target, abs(target))
+
+
+def test_a_stop_at_the_instant_of_the_start(slide):
+    _, motor, x = parts(slide)
+    x.run(1000)
+    x.stop()
+    assert not x.moving and not motor.velocity and x.position == 0
+
+
 def test_a_distance_counts_from_the_target_of_a_move_else_from_here(slide):
     bench, _, x = parts(slide)
     x.move_to(2000)

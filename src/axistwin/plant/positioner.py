@@ -191,7 +191,7 @@ class Positioner:
         limits = Limits(*map(_fine, (self.velocity, self.start_velocity, self.acceleration, self.deceleration or 0)))
         way = goal - self.commanded if isinstance(goal, int) else goal or 0
         if not rate and not way:
-            self._end()
+            self.abort()
             return
         direction = direction or (1 if way > 0 else -1)
         if isinstance(goal, int):
@@ -203,11 +203,12 @@ class Positioner:
     def _state(self) -> tuple[Fraction, int, Fraction]:
         """Return rate, direction and the fraction of a step since the last one; at rest 0, 0, 0."""
         move, elapsed_ns = self._axis.train.move, self._clock.now - self._axis.train.move.start_ns
-        if not self._axis.moving:
+        rate = move.profile.rate_at(elapsed_ns) if elapsed_ns else move.profile.before
+        if not self._axis.moving or not (elapsed_ns or rate):
             return Fraction(0), 0, Fraction(0)
         made, fraction = move.profile.phase_at(elapsed_ns)
         whole = fraction + made - move.profile.pulses_by(elapsed_ns)
-        return move.profile.rate_at(elapsed_ns), move.direction, max(Fraction(int(whole * FINE), FINE), Fraction(0))
+        return rate, move.direction, max(Fraction(int(whole * FINE), FINE), Fraction(0))
 
     def _start(self, segments: list[Segment], direction: int, fraction: Fraction, rate: Fraction) -> None:
         if self.at_limit(direction):
