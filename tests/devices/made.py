@@ -1,6 +1,11 @@
 """Devices for tests of the room: a class, a bench, and what a host says to it."""
 
+import sys
+from pathlib import Path
+from types import ModuleType
 from typing import Any
+
+import pytest
 
 from axistwin import Bench
 from axistwin.bench import Controller
@@ -26,3 +31,20 @@ def ask(bench: Bench, controller: Controller, line: bytes, seconds: float = 0.01
 def device(controller: Controller) -> Any:
     """Return the object that exists while the power is on."""
     return controller._device.device
+
+
+def example(name: str, kind: str) -> Any:
+    """Return a class from `examples/devices`."""
+    module = f"example_{name}"
+    if module not in sys.modules:
+        file = Path(__file__).parents[2] / "examples" / "devices" / f"{name}.py"
+        made = sys.modules[module] = ModuleType(module)
+        made.__file__ = str(file)
+        exec(compile(file.read_text(encoding="utf-8"), file, "exec"), vars(made))  # and leave no files there
+    return getattr(sys.modules[module], kind)
+
+
+def client(module: str) -> Any:
+    """Return a module of somebody else's host program, or skip the test."""
+    package = module.partition(".")[0].replace("_", "-")
+    return pytest.importorskip(module, reason=f"no client: pip install {package}", exc_type=ImportError)
