@@ -178,7 +178,8 @@ class TcpClient(Connection):
         self.write(data)
 
     def received(self, data: bytes) -> None:
-        if not self._has_told and NUL_LINE in self._last + data:
+        came = self._last + data
+        if not self._has_told and NUL_LINE in came and b"\0" not in came.replace(NUL_LINE, b""):  # Datagrams have more.
             self._tell_nul()
         self._last = data[-1:]
         self.plug.send(data)
