@@ -9,17 +9,17 @@ import pytest
 
 from ..command import refused, run
 
-NAMES = ["cut-to-length", "drill", "gains", "old-hosts", "stand-in", "winder", "xy-table"]
+NAMES = ["cut-to-length", "devices", "drill", "gains", "old-hosts", "stand-in", "winder", "xy-table"]
 
 
 def test_the_examples_are_listed():
     assert [line.split()[0] for line in run("examples").out.splitlines()[1:]] == NAMES
     listed = json.loads(run("examples", "--json").out)["examples"]
     assert [one["name"] for one in listed] == NAMES
-    assert listed[1] == {"name": "drill", "title": "An X-Y table with a drill", "scene": "scene.toml"}
+    assert listed[2] == {"name": "drill", "title": "An X-Y table with a drill", "scene": "scene.toml"}
 
 
-@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("name", [name for name in NAMES if name != "devices"])
 def test_a_copied_example_has_no_errors(tmp_path, name):
     done = run("examples", name, tmp_path / "mine")
     command, scene = re.search(r"next: axistwin (.*) (\S+)\n", done.err).groups()
@@ -42,7 +42,7 @@ def test_nothing_is_overwritten(tmp_path):
 @pytest.mark.parametrize(("words", "message"), [
     (["examples", "dril", "x"], "no example 'dril': did you mean drill?"),
     (["examples", "zzz", "x"],
-     "no example 'zzz': expected cut-to-length, drill, gains, old-hosts, stand-in, winder, xy-table"),
+     "no example 'zzz': expected cut-to-length, devices, drill, gains, old-hosts, stand-in, winder, xy-table"),
     (["examples", "drill"],
      "the directory for the example is missing: expected e.g. 'axistwin examples drill my-drill'"),
     (["docs", "prots"], "no page 'prots': did you mean ports?")])  # fmt: skip
