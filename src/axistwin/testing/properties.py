@@ -175,6 +175,8 @@ def _fuzz(subject: Subject) -> None:
             begin_ns = talk.bench.now if number else AWAKE_NS
             talk.say(subject.script(bursts, begin_ns, opening=not number))
             talk.heard.clear()
+            if not subject.product.attend:
+                talk.controller.serial.read()  # A host reads what it is answered.
             sizes.append(size_of(talk.controller, talk.bench))
         last = sizes[-4:]
         grown = last[-1] - last[0]
