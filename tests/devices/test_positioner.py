@@ -285,6 +285,14 @@ def test_without_power_nothing_moves_and_the_next_position_is_0():
     assert (x.position, x.commanded, x.moving) == (0, 0, False)
 
 
+def test_targets_streamed_in_a_long_move_leave_no_events_behind(slide):
+    bench, _, x = parts(slide)
+    for number in range(100):
+        x.move_to(10**9 - number)
+        bench.run(0.01)
+    assert len(bench.clock._queue) == 1
+
+
 @given(st.floats(0.001, 1.099), st.integers(1, 10**5), st.integers(1, 10**6))
 def test_the_same_target_again_at_any_time_changes_nothing(part, velocity, acceleration):
     bench, motor, x = parts(on_a_bench(Slide))

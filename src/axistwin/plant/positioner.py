@@ -46,7 +46,7 @@ class Positioner:
         live = copy(self)
         live._axis, live._clock, live._at_limit = axis, axis.clock, at_limit
         live._origin, live._encoder_origin = axis.pulses, axis.position
-        live._plan, live._waiting, live._watch = 0, False, None
+        live._drop_end, live._watch = None, None
         live._goal, live._ended = None, None
         live._pins = {side: pins[name] for side, name in ((-1, self.minus), (+1, self.plus)) if name}
         live._home = pins[self.home] if self.home else None
@@ -65,8 +65,7 @@ class Positioner:
     _encoder_origin: int = field(init=False, repr=False)
     _watch: Process | None = field(init=False, repr=False)  # What drives a servo back to where it should be.
     _goal: Any = field(init=False, repr=False)  # A position, a signed rate of an endless motion, or None: stop.
-    _plan: int = field(init=False, repr=False)
-    _waiting: bool = field(init=False, repr=False)
+    _drop_end: Callable[[], None] | None = field(init=False, repr=False)  # Drops the event of the end of the motion.
     _ended: Event | None = field(init=False, repr=False)
 
     # What is asked
@@ -88,7 +87,7 @@ class Positioner:
 
     @property
     def moving(self) -> bool:
-        return self._waiting or self._axis.moving
+        return self._drop_end is not None or self._axis.moving
 
     @property
     def done(self) -> Event:
@@ -220,24 +219,19 @@ class Positioner:
             self._axis.train.replace(self._whole())
         self._axis.start(profile, direction)
         if profile.end_ns is not None:
-            plan, self._waiting = self._plan, True
-            self._clock.call_later(profile.end_ns, lambda: self._over(plan))
+            self._drop_end = self._clock.call_unless(profile.end_ns, self._over)
 
-    def _over(self, plan: int) -> None:
-        if plan != self._plan:
-            self._clock.background -= 1
-            return
-        self._waiting = False
-        self._plan += 1
+    def _over(self) -> None:
+        self._drop_end = None
         if self._goal is None or (isinstance(self._goal, int) and self._goal == self.commanded):
             self._end()
         else:
             self._next_leg()
 
     def _cancel(self) -> None:
-        self._clock.background += self._waiting
-        self._waiting = False
-        self._plan += 1
+        if self._drop_end is not None:
+            self._drop_end()
+            self._drop_end = None
 
     def _end(self) -> None:
         self._goal = None

@@ -140,6 +140,12 @@ class Clock(Environment):
         assert delay_ns >= 0, "an event in the past"
         heappush(self._queue, (self._now + delay_ns, NORMAL, next(self._eid), _Call(action)))
 
+    def call_unless(self, delay_ns: int, action: Callable[[], object]) -> Callable[[], None]:
+        """Call `action` once, as `call_later`, unless the returned function is called before; then nothing is left."""
+        event = _Call(action)
+        heappush(self._queue, (self._now + delay_ns, NORMAL, next(self._eid), event))
+        return partial(self._withdraw, event)
+
     def call_in_background(self, delay_ns: int, action: Callable[[], object]) -> None:
         """Call `action` once, as `call_later`, but let the simulation end before (see `quiet`)."""
         self.background += 1
