@@ -1,8 +1,7 @@
 """A three-axis servo controller that speaks as Newport's ESP300 does, e.g. `1PA12.5;1WS;1TP?`.
 
 A unit is that of the user: a count is SU units, and SN is a label only.  Errors go into a queue for TE? and TB?.
-Not here: groups, stored programs, jogging, gains, digital ports, backlash, and spaces within a command.
-Source: the manual of the ESP300, section 3 and appendix A.
+Not here: groups, programs, jogging, gains, digital ports, spaces within a command.  Source: the ESP300's manual.
 """
 
 import re
