@@ -135,6 +135,8 @@ def lowest(product: Product, field: Any) -> Any:
     kind = getattr(field, "kind", "int")
     if kind == "axis":
         return product.axes[0]
+    if "|" in kind:
+        return kind.partition("|")[0]
     return {"word": "a", "text": "a"}.get(kind, field.low if field.low is not None else 0)
 
 
@@ -143,6 +145,8 @@ def chosen(product: Product, rng: Random, field: Any) -> Any:
     kind = getattr(field, "kind", "int")
     if kind == "axis":
         return rng.choice(product.axes)
+    if "|" in kind:
+        return rng.choice(kind.split("|"))
     if kind in ("word", "text"):
         return "".join(rng.choices("abcXYZ0189_", k=rng.randint(1, 6)))
     low = -ORDINARY if field.low is None else max(field.low, -ORDINARY)
