@@ -47,4 +47,6 @@ def example(name: str, kind: str) -> Any:
 def client(module: str) -> Any:
     """Return a module of somebody else's host program, or skip the test."""
     package = module.partition(".")[0].replace("_", "-")
-    return pytest.importorskip(module, reason=f"no client: pip install {package}", exc_type=ImportError)
+    listed = package in Path(__file__).with_name("clients.txt").read_text(encoding="utf-8")
+    what = "--no-deps -r tests/devices/clients.txt" if listed else package
+    return pytest.importorskip(module, reason=f"no {package}: pip install {what}", exc_type=ImportError)

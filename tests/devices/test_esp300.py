@@ -5,6 +5,7 @@ import pytest
 import axistwin
 from axistwin.core.units import S
 from axistwin.devices.making import product_of
+from axistwin.testing import device_checks
 
 from .made import ask, client, example, on_a_bench
 
@@ -127,6 +128,11 @@ def test_what_is_stored_survives_a_loss_of_power(made):
     controller.power_cycle()
     bench.run(1)
     assert ask(bench, controller, b"1VA?;1SN?;1AC?;1MO?;2VA?\r") == b"5\r\n3\r\n40\r\n0\r\n10\r\n"
+
+
+@pytest.mark.parametrize("check", device_checks(Esp300))
+def test_it_keeps_what_every_device_must(check):
+    check()
 
 
 # The driver of PyMeasure, over TCP

@@ -5,6 +5,7 @@ import pytest
 import axistwin
 from axistwin.core.units import S
 from axistwin.devices.making import product_of
+from axistwin.testing import device_checks
 
 from .made import ask, client, example, on_a_bench
 
@@ -139,6 +140,11 @@ def test_what_is_stored_survives_a_loss_of_power(made):
     assert ask(bench, controller, b"XPR VM\nXPR UV\nYPR VM\n") == (
         b"20000\r\nCT = G 0\r\nC0 = G 51200\r\nSU = 100\r\nF1 = 104\r\nF2 = 108\r\n\r\nYPR VM\r\n768000\r\n>"
     )
+
+
+@pytest.mark.parametrize("check", device_checks(MDrive))
+def test_it_keeps_what_every_device_must(check):
+    check()
 
 
 # The driver of dvg-devices, over a serial port
