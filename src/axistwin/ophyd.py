@@ -41,7 +41,7 @@ class Controller:
     The arguments are those of `axistwin.drivers.connect`.  The port is opened when the first motor is connected.
     """
 
-    def __init__(self, url: str, model: str, *, baud: int | None = None, **options: Any) -> None:
+    def __init__(self, url: str, model: Any, *, baud: int | None = None, **options: Any) -> None:
         self.driver = AsyncController(url, make(model, options), baud)
         self._connected = False
 

@@ -1,6 +1,9 @@
 """Devices of somebody else, as a reader of the documentation writes them."""
 
+from struct import pack, unpack
+
 from axistwin.devices import Datagrams, Device, Input, Lines, Option, Output, Positioner, add8, command, query, register
+from axistwin.drivers import TextDriver
 
 
 class Stage(Device):
@@ -11,6 +14,7 @@ class Stage(Device):
     pins = {"1-": Input(level=True), "1+": Input(level=True), "start": Input(), "lamp": Output()}
     options = {"delay": Option(0.2, 0, 5, doc="seconds of WAIT")}
     memory = {"name": "stage"}
+    driver = TextDriver(move="{axis}PA{position}", stop="{axis}ST", position="{axis}TP", busy="{axis}MD")
 
     @command("{axis}PA{position:int -100000..100000 steps}", section="Absolute move")
     def move_absolute(self, axis: str, position: int) -> None:
@@ -40,12 +44,23 @@ class Stage(Device):
         return self.axes["1"].moving | self.axes["2"].moving << 1
 
 
+def said(code: int, type_: int, axis: str, value: int = 0) -> bytes:
+    data = pack(">BBBBi", 1, code, type_, int(axis), value)
+    return data + add8(data)
+
+
 class Module(Device):
     """A three-axis module that speaks datagrams of nine bytes."""
 
     model, title = "module", "Example motion module"
     framing = Datagrams(">BBBBi address code type motor value", ">BBBBi host address status code value", check=add8)
     axes = {name: Positioner(velocity=2000, acceleration=20_000) for name in "012"}
+
+    driver = TextDriver(
+        move=lambda axis, position: said(4, 0, axis, position), stop=lambda axis: said(3, 0, axis),
+        position=lambda axis: said(6, 1, axis), busy=lambda axis: said(6, 8, axis),
+        confirmed=True, size=9, value=lambda answer: unpack(">i", answer[4:8])[0],
+    )  # fmt: skip
 
     @command("code=4 type=0 {motor:int 0..2} {value:int}", section="MVP ABS")
     def move_absolute(self, motor: int, value: int) -> int:
@@ -60,6 +75,10 @@ class Module(Device):
     @query("code=6 type=1 {motor:int 0..2}", section="GAP 1")
     def position(self, motor: int) -> int:
         return self.axes[str(motor)].position
+
+    @query("code=6 type=8 {motor:int 0..2}", section="GAP 8")
+    def reached(self, motor: int) -> int:
+        return int(not self.axes[str(motor)].moving)
 
     def answer(self, result, request):
         return {"host": 2, "address": 1, "status": 100, "code": request.values["code"], "value": result or 0}

@@ -7,6 +7,7 @@ import pytest
 
 from axistwin.core.errors import UsageError
 from axistwin.devices import Device, Lines, Positioner, command, query
+from axistwin.drivers import TextDriver
 from axistwin.testing import device_checks, watching
 
 from .stages import Module, Stage
@@ -39,14 +40,23 @@ class Wrong(Device):
     """What the devices below have in common, which each spoils in one way."""
 
     model, axes = "wrong", {"1": Positioner(velocity=2000, acceleration=20_000)}
+    driver = TextDriver(move="{axis}PA{position}", stop="{axis}ST", position="{axis}TP", busy="{axis}MD")
 
     @command("{axis}PA{position:int}")
     def move_absolute(self, axis, position):
         self.axes[axis].move_to(position)
 
+    @command("{axis}ST")
+    def stop(self, axis):
+        self.axes[axis].stop()
+
     @query("{axis}TP")
     def tell_position(self, axis):
         return self.axes[axis].position
+
+    @query("{axis}MD")
+    def motion_done(self, axis):
+        return int(not self.axes[axis].moving)
 
 
 class Raises(Wrong):

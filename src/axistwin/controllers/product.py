@@ -237,6 +237,8 @@ class Product(NamedTuple):
     attend: Callable[[RegisterPort], BusHost] | None = None
     """Function that connects a host program to the registers of a board on a bus."""
     joystick: "JoystickInputs | None" = None
+    driver: Any = None
+    """What `axistwin.drivers.make` takes for this model; None: its name."""
     phrase: Callable[[Any, Mapping[str, Any]], bytes] | None = None
     """Function that makes the characters of a request from a command of the table and its parameters; None: unknown."""
     make_front: Callable[[], "tuple[Group, ...]"] = tuple  # Function that imports and returns `front`.

@@ -74,6 +74,7 @@ class Device:
     options: Mapping[str, Any] = {}  # In the class Option by name, in an object the values.
     memory: dict[str, Any] = {}  # noqa: RUF012  # In the class the factory settings, in an object what was saved.
     faults: ClassVar[tuple[str, ...]] = ()  # Names of the faults that `fault` reports.
+    driver: ClassVar[Any] = None  # How a host moves and asks: an `axistwin.drivers.TextDriver`, or its protocol core.
     answer_after: ClassVar[float] = 0.0  # Seconds from the end of a request to the beginning of its answer, or refusal.
 
     clock: Clock

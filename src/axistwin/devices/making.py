@@ -58,7 +58,7 @@ def product_of(kind: type[Device]) -> Product:
         line=line_format(kind.line, UartFormat())[0],
         limit_pins={name: (axis.minus, axis.plus) for name, axis in kind.axes.items() if axis.minus and axis.plus},
         home_pins={name: axis.home for name, axis in kind.axes.items() if axis.home},
-        make_front=lambda: _front(kind), phrase=_phrase(kind),
+        make_front=lambda: _front(kind), phrase=_phrase(kind), driver=kind,
     )  # fmt: skip
 
 

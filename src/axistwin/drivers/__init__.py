@@ -1,4 +1,4 @@
-"""Drivers for real and virtual controllers: a Digiplan IF1/IF2, a Compumotor 1810/1811, an Animatics SmartMotor.
+"""Drivers for real and virtual controllers: our models, and any that a `TextDriver` describes.
 
     from axistwin.drivers import connect
 
@@ -29,6 +29,7 @@ from axistwin.drivers.errors import (
 from axistwin.drivers.if1_axis import Trapezoid
 from axistwin.drivers.models import MODELS, make
 from axistwin.drivers.steps import Pause
+from axistwin.drivers.text import TextDriver
 
 Axis = BlockingAxis
 """The axes of all controllers have the same functions."""
@@ -36,5 +37,6 @@ Axis = BlockingAxis
 __all__ = [
     "MESSAGE", "MODELS", "AsyncAxis", "AsyncController", "Axis", "BlockingAxis", "BusyError", "Controller",
     "DriverError", "Fault", "Pause", "PortError", "PositionLostError", "RefusedError", "Scale", "SerialPort",
-    "SilentError", "Status", "StoppedError", "Trapezoid", "WrongAnswerError", "connect", "connect_async", "make",
+    "SilentError", "Status", "StoppedError", "TextDriver", "Trapezoid", "WrongAnswerError", "connect", "connect_async",
+    "make",
 ]  # fmt: skip

@@ -17,7 +17,7 @@ from axistwin.drivers.models import make
 from axistwin.drivers.steps import Clock, Pause, Procedure, Read, T, Write
 
 
-async def connect_async(url: str, model: str, *, baud: int | None = None, **options: Any) -> "AsyncController":
+async def connect_async(url: str, model: Any, *, baud: int | None = None, **options: Any) -> "AsyncController":
     """Open a port and return the controller at this port.  The arguments are those of `connect`."""
     controller = AsyncController(url, make(model, options), baud)
     try:

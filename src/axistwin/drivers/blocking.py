@@ -19,12 +19,12 @@ if TYPE_CHECKING:
 POLL_S = 0.02
 
 
-def connect(url: str, model: str, *, baud: int | None = None, **options: Any) -> "Controller":
+def connect(url: str, model: Any, *, baud: int | None = None, **options: Any) -> "Controller":
     """Open a port and return the controller at this port.
 
     `url`: a URL of pyserial (`socket://`, `rfc2217://`), `COM3`, a device, or the `tcp://` and `bus://` that
-    `axistwin serve` prints.  `baud`: the baud rate; None: the model's factory setting.  `options`: options of the
-    model, e.g. `timeout`.  Raises DriverError.
+    `axistwin serve` prints.  `model`: a name, the class of a device, or a `TextDriver`.  `baud`: None means the model's
+    factory setting.  `options`: options of the model, e.g. `timeout`.  Raises DriverError.
     """
     controller = Controller(url, make(model, options), baud)
     try:

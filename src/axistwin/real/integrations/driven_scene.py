@@ -6,7 +6,8 @@ from contextlib import AsyncExitStack
 from functools import partial
 from typing import Any, Self
 
-from axistwin.bench import Bench, endpoints
+from axistwin.bench import Bench, endpoints, product
+from axistwin.controllers.product import Product
 from axistwin.core.errors import LinkError, UsageError, reason
 from axistwin.drivers.asynchronous import AsyncController, Port, TcpPort
 from axistwin.drivers.blocking import nothing
@@ -108,10 +109,10 @@ async def of_scene(
     stations = []
     try:
         for name in names:
-            model, given, own = of_bench(bench, name)
-            core = core_of(model, {**given, **options.get(name, {})})
+            made, given, own = of_bench(bench, name)
+            core = core_of(made, {**given, **options.get(name, {})})
             driver = AsyncController(f"inside:{name}", core, opening=partial(_open_inside, server, name))
-            station = Station(name, model, driver, own | _after(name, units or {}), _registers(name, registers))
+            station = Station(name, made.model, driver, own | _after(name, units or {}), _registers(name, registers))
             for axis, shaft in _shafts(bench, name).items():
                 station.axes[axis].shaft = shaft
             stations.append(station)
@@ -144,33 +145,34 @@ def driver_inside(bench: Bench, name: str, **options: Any) -> AsyncController:
     names = [one for one in endpoints.names(bench) if not one.endswith(".rs485")]
     if name not in names:
         raise UsageError(f"no controller {name!r}: expected one of {', '.join(names)}")
-    model, given, _ = of_bench(bench, name)
+    made, given, _ = of_bench(bench, name)
 
     async def open_port() -> InnerPort:
         return InnerPort(bench, name)
 
-    return AsyncController(f"inside:{name}", core_of(model, {**given, **options}), opening=open_port)
+    return AsyncController(f"inside:{name}", core_of(made, {**given, **options}), opening=open_port)
 
 
-def core_of(model: str, options: Mapping[str, Any]) -> Core:
+def core_of(model: str | Product, options: Mapping[str, Any]) -> Core:
     """Return a controller's protocol, without a port.  Raises UsageError for an unknown model or option."""
+    made = product(model)
     try:
-        return make(model, dict(options))
+        return make(made.driver or made.model, dict(options))
     except DriverError as reason:
-        raise UsageError(f"cannot create a driver for {model}: {reason}") from None
+        raise UsageError(f"cannot create a driver for {made.model}: {reason}") from None
 
 
-def of_bench(bench: Bench, name: str) -> tuple[str, dict[str, Any], dict[str, MachineUnits]]:
+def of_bench(bench: Bench, name: str) -> tuple[Product, dict[str, Any], dict[str, MachineUnits]]:
     """Return model, driver options, and units of the axes that have one, of an emulated controller."""
-    model, shafts = "smartmotor", _shafts(bench, name)
+    made, shafts = product("smartmotor"), _shafts(bench, name)
     given: dict[str, Any] = {}
     if name in bench.lines:
         given = {"addresses": tuple(range(1, len(shafts) + 1)), "rs485": bench.lines[name].channel == "rs485"}
     else:
-        model = bench[name].product.model
-    if model == "smartmotor" and any(axis.limits for axis in shafts.values()):
+        made = bench[name].product
+    if made.model == "smartmotor" and any(axis.limits for axis in shafts.values()):
         given["limits"] = True
-    return model, given, {axis: found.units for axis, found in shafts.items() if found.units}
+    return made, given, {axis: found.units for axis, found in shafts.items() if found.units}
 
 
 def _shafts(bench: Bench, name: str) -> dict[str, Axis]:

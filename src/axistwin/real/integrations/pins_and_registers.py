@@ -83,9 +83,10 @@ def points_of(driver: AsyncController, registers: Iterable[str] = ()) -> list[Po
         found, known = list(_of_if1(driver)), ""
     elif isinstance(core, Board):
         found, known = list(_of_board(driver)), "encoder"
-    else:
-        assert isinstance(core, SmartMotors)
+    elif isinstance(core, SmartMotors):
         found, known = list(_of_motors(driver, core)), "a variable or a report, e.g. a or RTEMP"
+    else:
+        found, known = [], "none, because its driver knows axes only"
     return found + [_register(driver, name, known) for name in registers]
 
 

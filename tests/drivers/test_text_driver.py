@@ -1,0 +1,128 @@
+"""A driver made of texts, for controllers of others."""
+
+from dataclasses import replace
+
+import pytest
+
+import axistwin
+from axistwin import Bench
+from axistwin.core.errors import UsageError
+from axistwin.devices import Device
+from axistwin.devices.making import product_of
+from axistwin.drivers import DriverError, RefusedError, SilentError, TextDriver, WrongAnswerError, connect
+from axistwin.drivers.steps import Read, Write
+from axistwin.real.integrations import driver_inside
+
+from ..devices.stages import Module, Stage
+from ..told import raises
+
+STAGE = TextDriver(
+    move="{axis}PA{position}", stop="{axis}ST", position="{axis}TP", busy="{axis}MD", velocity="{axis}VA{velocity}",
+    run="{axis}MV{direction:+d}", home="{axis}OR{direction}", define="{axis}DH{position}",
+    axes={"1": None, "2": None}, ending=b"\r\n",
+)  # fmt: skip
+
+
+def said(steps, *answers: bytes) -> tuple[bytes, object]:
+    """Return what a procedure sends, and its result."""
+    sent, given, result = b"", iter(answers), None
+    try:
+        while True:
+            match steps.send(result):
+                case Write(data):
+                    sent += data
+                    result = None
+                case Read():
+                    result = next(given, b"")
+    except StopIteration as end:
+        return sent, end.value
+
+
+@pytest.mark.parametrize(("act", "expected"), [
+    (lambda axis: axis.move_to(-40), b"2PA-40\r"),
+    (lambda axis: axis.stop(), b"2ST\r"),
+    (lambda axis: axis.abort(), b"2ST\r"),  # it has no text of its own
+    (lambda axis: axis.move_at(-5.0), b"2MV-1\r"),
+    (lambda axis: axis.move_at(0), b"2ST\r"),
+    (lambda axis: axis.home(1), b"2OR1\r"),
+    (lambda axis: axis.set_position(7), b"2DH7\r"),
+])  # fmt: skip
+def test_each_act_is_one_line(act, expected):
+    assert said(act(STAGE().axes["2"])) == (expected, None)
+
+
+def test_the_velocity_is_sent_once_after_it_has_changed():
+    axis = STAGE().axes["1"]
+    axis.velocity = 250.0
+    assert said(axis.move_to(1))[0] == b"1VA250\r1PA1\r"
+    assert said(axis.move_to(2))[0] == b"1PA2\r"
+
+
+def test_positions_are_in_the_units_of_the_controller():
+    axis = replace(STAGE, counts=2000)().axes["1"]
+    assert said(axis.move_to(500))[0] == b"1PA0.25\r"
+    sent, status = said(axis.status(), b"0\r\n", b"0.125\r\n")
+    assert (sent, status.position, status.setpoint, status.moving) == (b"1MD\r1TP\r", 250, 500, True)
+    assert status.velocity == axis.velocity
+
+
+def test_a_relative_move_begins_at_the_last_target_or_at_the_position():
+    axis = STAGE().axes["1"]
+    assert said(axis.move_by(10), b"30\r\n")[0] == b"1TP\r1PA40\r"
+    assert said(axis.move_by(10))[0] == b"1PA50\r"
+
+
+def test_an_axis_at_rest_elsewhere_has_missed_its_target():
+    axis = STAGE().axes["1"]
+    said(axis.move_to(50))
+    assert "the target was not reached" in said(axis.status(), b"1\r\n", b"49\r\n")[1].missed
+    assert said(axis.status(), b"1\r\n", b"50\r\n")[1].missed == ""
+
+
+def test_an_echo_and_a_confirmation_are_taken_off_the_line():
+    core = replace(STAGE, echo=True, confirmed=True)()
+    assert said(core.axes["1"].move_to(5), b"1PA5\rOK\r\n")[0] == b"1PA5\r"
+    assert said(core.axes["1"].asked("position"), b"1TP\r", b"5\r\n") == (b"1TP\r", 5.0)
+
+
+def test_what_goes_wrong_says_what_to_do():
+    axis = replace(STAGE, home="")().axes["1"]
+    raises(RefusedError, "has no `home`: expected it in TextDriver(home=...)", said, axis.home(1))
+    raises(
+        WrongAnswerError,
+        "has no number: expected one, so check the driver's `position`",
+        said,
+        axis.asked("position"),
+        b"ERR\r\n",
+    )
+    raises(SilentError, "no answer to '1TP", said, axis.asked("position"))
+    raises(UsageError, 'e.g. move="{axis}PA{position}"', TextDriver, "{axs}PA", "{axis}TP", "{axis}MD")
+    raises(
+        DriverError, "wrong does not say how a host moves it", connect, "x", type("W", (Device,), {"model": "wrong"})
+    )
+    text = type("W", (Module,), {"model": "wrong", "driver": STAGE})
+    raises(DriverError, "speaks datagrams: expected functions that return bytes", connect, "x", text)
+    raises(DriverError, "expected one of timeout", connect, "x", Stage, limits=True)
+    bench = Bench()
+    bench.add(product_of(Stage))
+    raises(UsageError, "expected one of timeout", driver_inside, bench, "stage", limits=True)
+
+
+@pytest.mark.parametrize("kind", [Stage, Module])
+def test_a_device_is_driven_at_a_port(kind):
+    bench = Bench()
+    machine = bench.add(product_of(kind))
+    with axistwin.serve(bench, speed="manual") as twin:
+
+        def host() -> tuple[float, float, list[str]]:
+            with connect(twin.ports[kind.model], kind, timeout=5.0) as controller:
+                axis = controller.axes["1"]
+                axis.move_to(300)
+                arrived = axis.wait(60).position
+                axis.move_to(90_000)
+                axis.stop()
+                return arrived, axis.wait(60).position, list(controller.axes)
+
+        arrived, stopped, axes = twin.call(host)
+        assert (arrived, stopped, axes) == (300, machine.axes["1"].position, list(kind.axes))
+        assert 300 <= stopped < 400  # it has stopped a few character times after its start
