@@ -313,3 +313,13 @@ def test_the_last_target_is_reached_whenever_targets_change(targets, start_veloc
         bench.run(seconds)
     settled(bench, x)
     assert x.position == motor.position == targets[-1][0]
+
+
+def test_a_switch_far_away_leaves_nothing_on_the_clock_either():
+    """A move of 10**9 steps would end in 11 days, and its limit switch is reached a little earlier."""
+    bench, controller = on_a_bench(Slide, X={"limits": (-(10**9) + 50, 10**9 - 50)})
+    axis = device(controller).axes["X"]
+    for target in range(100):
+        axis.move_to(10**9 + target)
+        bench.run(0.01)
+    assert len(bench.clock._queue) <= 2 and bench.clock.background == 0

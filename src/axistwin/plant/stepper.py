@@ -384,7 +384,8 @@ class StepperAxis(Shaft):
 class _EdgeSubscription:
     def __init__(self, axis: StepperAxis, edges: Callable[[], Sequence[int]], callback: Callable[[], None]) -> None:
         self._axis, self._edges, self._callback = axis, edges, callback
-        self._plan, self._waiting = 0, False
+        self._plan = 0
+        self._drop: Callable[[], None] | None = None  # Drops the event of the next edge.
         self._unsubscribe = axis.on_motion.subscribe(self.update)
         self._wait()
 
@@ -400,21 +401,18 @@ class _EdgeSubscription:
             self._wait()
 
     def _wait(self) -> None:
-        plan, axis = self._plan, self._axis
+        axis = self._axis
         positions = (position for edge in self._edges() for position in (edge - 1, edge))
         due = [at_ns for position in positions if (at_ns := axis.reaches_ns(position)) is not None]
         if due:
-            self._waiting = True
-            axis.clock.call_later(min(due) - axis.clock.now, lambda: self._call(plan))
+            self._drop = axis.clock.call_unless(min(due) - axis.clock.now, self._call)
 
     def _forget(self) -> None:
         self._plan += 1
-        self._axis.clock.background += self._waiting
-        self._waiting = False
+        if self._drop is not None:
+            self._drop()
+        self._drop = None
 
-    def _call(self, plan: int) -> None:
-        if plan == self._plan:
-            self._waiting = False
-            self.update()
-        else:
-            self._axis.clock.background -= 1
+    def _call(self) -> None:
+        self._drop = None
+        self.update()
