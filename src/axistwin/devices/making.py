@@ -328,7 +328,7 @@ class Hardware:
         }
 
 
-def _steps(steps: Generator[Event, Any, Any]) -> Procedure:
+def _steps(steps: Generator[Any, Any, Any]) -> Procedure:
     try:
         value = None
         while True:
@@ -337,7 +337,9 @@ def _steps(steps: Generator[Event, Any, Any]) -> Procedure:
             except StopIteration as end:
                 return end.value
             if not isinstance(event, Event):
-                raise TypeError(f"yielded {event!r}: expected an event, e.g. self.after(0.2)")
+                wrong = TypeError(f"yielded {event!r}: expected an event, e.g. self.after(0.2)")
+                steps.throw(wrong)  # At its line.
+                raise wrong
             value = yield event
     finally:
         steps.close()

@@ -132,21 +132,16 @@ def dialect_of(product: Product) -> Dialect:
 
 def lowest(product: Product, field: Any) -> Any:
     """Return the plainest value of a field."""
-    kind = getattr(field, "kind", "int")
-    if kind == "axis":
-        return product.axes[0]
-    if "|" in kind:
-        return kind.partition("|")[0]
-    return {"word": "a", "text": "a"}.get(kind, field.low if field.low is not None else 0)
+    if hasattr(field, "example"):
+        return field.example(next(iter(product.axes), ""))
+    return 0 if field.low is None else field.low
 
 
 def chosen(product: Product, rng: Random, field: Any) -> Any:
     """Return any value of a field."""
     kind = getattr(field, "kind", "int")
-    if kind == "axis":
-        return rng.choice(product.axes)
-    if "|" in kind:
-        return rng.choice(kind.split("|"))
+    if kind == "axis" or "|" in kind:
+        return rng.choice(product.axes if kind == "axis" else kind.split("|"))
     if kind in ("word", "text"):
         return "".join(rng.choices("abcXYZ0189_", k=rng.randint(1, 6)))
     low = -ORDINARY if field.low is None else max(field.low, -ORDINARY)
