@@ -30,7 +30,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "src"))
 from axistwin import Bench, Scene
 from axistwin.bench import Controller, host_at, product
 from axistwin.bench.faults.kinds import KINDS
-from axistwin.bench.models import OURS
+from axistwin.controllers.registry import OURS
 from axistwin.core.errors import AxistwinError
 from axistwin.plant import axes, servo
 from axistwin.plant.axes import servo_axis

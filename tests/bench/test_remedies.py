@@ -7,7 +7,7 @@ import pytest
 
 from axistwin import Bench
 from axistwin.bench import product, read_options
-from axistwin.bench.models import OURS
+from axistwin.controllers.registry import OURS
 from axistwin.core.errors import AxistwinError
 
 from ..told import bare, examples

@@ -4,10 +4,10 @@ import pytest
 
 from axistwin import Bench
 from axistwin.bench.faults import sentences, triggers
-from axistwin.bench.models import OURS
 from axistwin.bench.talk.conversation import parse
 from axistwin.bench.talk.player import play
 from axistwin.controllers.product import Abilities
+from axistwin.controllers.registry import OURS
 from axistwin.core.errors import ProgramError, UsageError
 
 SAMPLE_NS = 245_760

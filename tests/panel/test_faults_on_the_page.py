@@ -5,7 +5,7 @@ import pytest
 from axistwin.bench import Bench
 from axistwin.bench.faults.kinds import KINDS
 from axistwin.bench.faults.table import On, Sort
-from axistwin.bench.models import OURS
+from axistwin.controllers.registry import OURS
 from axistwin.ui.panel.views.faults import faults, power
 
 from .showing import bench_of, shown

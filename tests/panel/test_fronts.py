@@ -3,8 +3,8 @@
 import pytest
 
 from axistwin.bench import Bench, product
-from axistwin.bench.models import OURS
 from axistwin.controllers.front import Lamp
+from axistwin.controllers.registry import OURS
 from axistwin.ui.panel.views.front import front, generic
 
 from .showing import bench_of, shown

@@ -4,7 +4,7 @@ import pytest
 
 from axistwin import Bench
 from axistwin.bench import host_at, product
-from axistwin.bench.models import OURS
+from axistwin.controllers.registry import OURS
 
 
 def board(bench):

@@ -5,8 +5,8 @@ from nicegui import ui
 
 from axistwin import Bench
 from axistwin.bench import host_at
-from axistwin.bench.models import OURS
 from axistwin.bench.programs import stored_programs
+from axistwin.controllers.registry import OURS
 from axistwin.ui.panel.views.program import program
 
 from ..digiplan.talking import ready, send

@@ -6,7 +6,7 @@ from types import SimpleNamespace
 import pytest
 from nicegui import ui
 
-from axistwin.bench.models import OURS
+from axistwin.controllers.registry import OURS
 from axistwin.ui.panel import turns
 from axistwin.ui.panel.context import careful, together
 from axistwin.ui.panel.page import build_views

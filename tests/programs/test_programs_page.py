@@ -4,7 +4,7 @@ import re
 from pathlib import Path
 
 from axistwin.bench import product
-from axistwin.bench.models import OURS
+from axistwin.controllers.registry import OURS
 
 PAGE = (Path(__file__).parents[2] / "docs" / "programs.md").read_text(encoding="utf-8")
 ((_, PROGRAM), (_, SHOWN)) = re.findall(r"^```(\w*)\n(.*?)^```$", PAGE, re.DOTALL | re.MULTILINE)

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from axistwin.bench.controller import Controller
 from axistwin.bench.fitting import fit_plug, fit_switches
-from axistwin.bench.models import axis_options, check_options, model_options, product
+from axistwin.bench.models import Model, axis_options, check_options, model_options, product
 from axistwin.controllers.product import BusHost
 from axistwin.core.errors import UsageError
 from axistwin.core.storage import FileStore, MemoryStore
@@ -133,7 +133,7 @@ class Bench:
         return True
 
     def add(
-        self, model: str, name: str | None = None, *, state: str | Path | None = None,
+        self, model: Model, name: str | None = None, *, state: str | Path | None = None,
         line: str | UartFormat | None = None, history: int = HISTORY, **options: Any,
     ) -> Controller:  # fmt: skip
         """Add a controller to the bench, and switch its power on.

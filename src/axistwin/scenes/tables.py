@@ -22,7 +22,7 @@ from pydantic import (
     field_validator,
 )
 
-from axistwin.bench import is_model, product
+from axistwin.bench import product
 from axistwin.bench.faults.kinds import KINDS
 from axistwin.bench.faults.table import Parameter, Sort
 from axistwin.core.errors import UsageError
@@ -211,9 +211,10 @@ class ControllerTable(Table):
     @classmethod
     def _as_the_model_has_them(cls, given: Any, _: ValidatorFunctionWrapHandler, info: ValidationInfo) -> Any:
         model = info.data.get("model")
-        if model is None or not is_model(model):
+        try:
+            adapter = _SERVOS if has_servo(model or "") else _STEPPERS
+        except UsageError:
             return {}  # The model is the error, whatever its axes are.
-        adapter = _SERVOS if has_servo(model) else _STEPPERS
         return adapter.validate_json(json.dumps(given), strict=True)
 
     @property
@@ -221,8 +222,9 @@ class ControllerTable(Table):
         return self.name or self.model.lower()
 
 
-def has_servo(model: str | None) -> bool:
-    return model is not None and is_model(model) and product(model).make_axis is servo_axis
+def has_servo(model: str) -> bool:
+    """Return whether the axes of a model are servo motors.  Raises UsageError for an unknown model."""
+    return product(model).make_axis is servo_axis
 
 
 class LineTable(Table):

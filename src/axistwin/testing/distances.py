@@ -18,7 +18,7 @@ def check_distances(product: Product, rng: Random) -> None:
     """Move each axis to some places and back, and stop it in motion.  Raises AssertionError."""
     bench = Bench()
     bench.clock.patient = False
-    controller = bench.add(product)  # type: ignore[arg-type]
+    controller = bench.add(product)
     bench.run(3.0)
     asyncio.run(_drive(bench, controller, rng))
 

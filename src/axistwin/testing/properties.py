@@ -59,16 +59,8 @@ def device_checks(model: "str | Product | type", *, seed: int = SEED) -> list[An
     """
     import pytest  # only tests need it
 
-    made = product_given(model)
+    made = product(model)
     return [pytest.param(Check(name, made, seed), id=name) for name in WORDS]
-
-
-def product_given(model: "str | Product | type") -> Product:
-    if isinstance(model, type) and not issubclass(model, Product):
-        from axistwin.devices.making import product_of
-
-        return product_of(model)  # type: ignore[arg-type]
-    return product(model)  # type: ignore[arg-type]
 
 
 @dataclass(frozen=True)
@@ -126,7 +118,7 @@ class Subject:
     def switched_on(self, bench: Bench | None = None, **options: Any) -> Iterator["Talk"]:
         bench = bench or Bench()
         bench.clock.patient = False
-        controller = bench.add(self.product, **options)  # type: ignore[arg-type]
+        controller = bench.add(self.product, **options)
         with no_hang(bench):
             yield Talk(controller, bench)
 
@@ -258,7 +250,7 @@ def _is_dead(subject: Subject, talk: Talk, when: str) -> None:
 
 
 def _apart(subject: Subject) -> None:
-    kind = getattr(Bench().add(subject.product)._device, "kind", None)  # type: ignore[arg-type]
+    kind = getattr(Bench().add(subject.product)._device, "kind", None)
     kept, script = _class_state(kind), subject.script(subject.traffic(), AWAKE_NS)
     with subject.switched_on() as talk:
         talk.say(script)

@@ -13,7 +13,6 @@ from pathlib import Path
 from axistwin.bench import product, rules
 from axistwin.bench.acts import Act, Comment, Do, Say
 from axistwin.bench.codec import CHARACTERS, Codec, codec_of
-from axistwin.bench.models import OURS
 from axistwin.bench.programs.command_lines import command_line, named_keyboard
 from axistwin.bench.programs.hex_commands import command_string
 from axistwin.bench.programs.running import check_headers, form_of, unknown_kind
@@ -23,6 +22,7 @@ from axistwin.bench.talk.conversation import named_model, parse_line
 from axistwin.bench.typography import as_ascii
 from axistwin.controllers.diagnostics import Checker, Diagnostic, Edit, Fix, Sent, Session, Severity
 from axistwin.controllers.product import Product
+from axistwin.controllers.registry import OURS
 from axistwin.core.errors import PlacedError, ProgramError, UsageError
 from axistwin.scenes.diagnostics.typed import typographic
 

@@ -10,13 +10,13 @@ from itertools import pairwise
 from textwrap import dedent
 from typing import Any
 
-from axistwin.bench import is_model, product
+from axistwin.bench import product
 from axistwin.bench.faults.kinds import KINDS
 from axistwin.bench.faults.table import On
 from axistwin.bench.models import models
 from axistwin.scenes.tables import SERVO_SCHEMA, has_servo, scene_schema
 from axistwin.ui.editor.answers import Hover, Item, Symbol
-from axistwin.ui.editor.talk import terminals
+from axistwin.ui.editor.talk import known, terminals
 
 _HEADER = re.compile(r"\s*(?P<brackets>\[\[?)\s*(?P<path>[\w.\"'-]*)")
 _REST = re.compile(r"[\w-]*")
@@ -104,7 +104,7 @@ def _model(lines: list[str], line: int) -> str:
     for each in lines[begin:]:
         if each.lstrip().startswith("[["):
             break
-        if (found := _MODEL.match(each)) and is_model(found["model"]):
+        if (found := _MODEL.match(each)) and known(found["model"]):
             return found["model"].lower()
     return ""
 
@@ -116,7 +116,7 @@ def _node(path: list[str], model: str) -> dict[str, dict[str, Any]]:
     if path == ["controller", "axes"] and model:
         return {axis: {"description": "axis"} for axis in product(model).axes}
     node: dict[str, Any] = schema
-    if path[:2] == ["controller", "axes"] and has_servo(model):
+    if path[:2] == ["controller", "axes"] and model and has_servo(model):
         node, path = SERVO_SCHEMA, path[3:]
     for part in path:
         node = _child(schema, node, part)
@@ -127,7 +127,11 @@ def _node(path: list[str], model: str) -> dict[str, dict[str, Any]]:
 @cache
 def _options(model: str) -> dict[str, dict[str, Any]]:
     made = product(model).options
-    (body,) = (node.body for node in ast.parse(dedent(inspect.getsource(made))).body if isinstance(node, ast.ClassDef))
+    try:
+        source = inspect.getsource(made)
+    except (OSError, TypeError):  # The options of a device are a class without a source.
+        source = "class Options: ..."
+    (body,) = (node.body for node in ast.parse(dedent(source)).body if isinstance(node, ast.ClassDef))
     docs = {
         field.target.id: str(doc.value.value)
         for field, doc in pairwise(body)

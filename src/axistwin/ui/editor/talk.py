@@ -2,16 +2,17 @@
 
 import re
 from collections.abc import Callable, Iterable, Iterator
+from contextlib import suppress
 from functools import cache, partial
 
-from axistwin.bench import Bench, is_model, product
+from axistwin.bench import Bench, product
 from axistwin.bench.actions import LEVELS, subjects, targets
 from axistwin.bench.codec import codec_of
 from axistwin.bench.models import models
 from axistwin.bench.talk.conversation import named_model
 from axistwin.controllers.diagnostics import Session
 from axistwin.controllers.product import Product
-from axistwin.core.errors import with_article
+from axistwin.core.errors import UsageError, with_article
 from axistwin.scenes.diagnostics.checking import read_acts, sessions
 from axistwin.ui.editor import compumotor, digiplan, smartmotor
 from axistwin.ui.editor.answers import Hover, Item, Symbol, item
@@ -65,8 +66,14 @@ class Conversations:
 
 
 def _product(lines: list[str]) -> Product | None:
-    named = named_model(lines)
-    return product(named) if is_model(named) else None
+    return known(named_model(lines))
+
+
+def known(model: str) -> Product | None:
+    """Return a model by its name; None if there is none, or if the package that has it cannot be imported."""
+    with suppress(UsageError):
+        return product(model)
+    return None
 
 
 def _masked(text: str) -> str:
@@ -169,5 +176,5 @@ def _terminal(made: Product | None, text: str, at: int, offset: int) -> Hover | 
 
 def _headers(text: str) -> list[Item]:
     if text.startswith("model:"):
-        return [Item(model, "value", product(model).title) for model in models()]
+        return [Item(name, "value", made.title) for name in models() if (made := known(name)) is not None]
     return [Item(f"{key}: ", "key") for key in ("model", "options", "line", "patience")] if not text else []

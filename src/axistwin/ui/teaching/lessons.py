@@ -8,7 +8,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 from axistwin.bench import Controller, is_model, product
-from axistwin.bench.models import OURS
+from axistwin.controllers.registry import OURS
 from axistwin.core.errors import UsageError
 
 STARTED_S = 1.5  # Virtual time in seconds from power-up until every model is ready for the first command of a lesson.
