@@ -131,8 +131,9 @@ class Server:
 
         if name not in self._hubs:
             made = self.bench.controllers.get(name)
-            motors = made is None or made.product.family == "smartmotor"
-            self._hubs[name] = Hub(self._plug(name), motors=motors)
+            family = "smartmotor" if made is None else made.product.family  # Only SmartMotors share a line.
+            plain = family not in ("digiplan", "smartmotor")
+            self._hubs[name] = Hub(self._plug(name), motors=family == "smartmotor", plain=plain)
         return self._hubs[name]
 
     def _power_cycle(self, name: str) -> None:

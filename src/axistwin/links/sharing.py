@@ -83,8 +83,9 @@ class Hub:
 
     flow: Flow | None = None
 
-    def __init__(self, plug: Plug, *, motors: bool = False) -> None:
-        self.plug, self.name, self._motors = plug, "", motors
+    def __init__(self, plug: Plug, *, motors: bool = False, plain: bool = False) -> None:
+        """`motors`: commands of SmartMotors; `plain`: requests of which only their pauses are known."""
+        self.plug, self.name, self._motors, self._plain = plug, "", motors, plain
         self._seats: list[Seat] = []
         self._queue: list[Seat] = []  # Waiting for a turn, longest wait first; without the present one.
         self._turn: Seat | None = None
@@ -132,7 +133,8 @@ class Hub:
                 self._queue.append(seat)
             return
         self._turn = seat
-        first = bytes(seat.waiting[: (seat.waiting.find(TERMINATOR) + 1 if self._queue else 0) or end])
+        one = seat.waiting.find(TERMINATOR) + 1 if self._queue and not self._plain else 0
+        first = bytes(seat.waiting[: one or end])
         del seat.waiting[: len(first)]
         self._complete = first[-1:] in self._ends
         self._complete_at_s = asyncio.get_running_loop().time()
@@ -146,6 +148,8 @@ class Hub:
 
         Bytes from 80h of a SmartMotor, and what follows them in the same turn, are sent as they come.
         """
+        if self._plain:
+            return len(seat.waiting)
         if self._motors and ((self._turn is seat and not self._complete) or not seat.waiting.isascii()):
             return len(seat.waiting)
         whole = (WORDS if self._motors else LINES).match(seat.waiting)
@@ -159,7 +163,9 @@ class Hub:
         """Return the end of line that another client of an IF1 or IF2 has left out, e.g. behind #; usually none."""
         (owner, last), end = self._last, request[-1:]
         self._last = seat, end
-        missing = not self._motors and owner is not seat and last not in (b"", b"(", end) and end in self._ends
+        if self._motors or self._plain:
+            return b""
+        missing = owner is not seat and last not in (b"", b"(", end) and end in self._ends
         return end if missing else b""
 
     def _restart_timer(self) -> None:

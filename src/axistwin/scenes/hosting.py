@@ -76,7 +76,9 @@ def _kind(bench: Bench, name: str, file: str) -> str:
     if suffix not in (TALK, *SENT):
         raise UsageError(f"{file} cannot be sent by a host: expected a file whose name ends in .if1, .181x or .talk")
     if suffix != TALK and bench[name].product.suffix != suffix:
-        raise UsageError(f"{file} is not a program for {name}: expected a program for {bench[name].product.indefinite}")
+        made = bench[name].product
+        wanted = f"a program for {made.indefinite}" if made.suffix else "a conversation (.talk)"
+        raise UsageError(f"{file} is not a program for {name}: expected {wanted}")
     return suffix
 
 

@@ -6,6 +6,8 @@ from importlib import import_module
 
 from axistwin.bench import Controller
 from axistwin.controllers.product import Product
+from axistwin.controllers.registry import OURS
+from axistwin.core.errors import UsageError
 from axistwin.real.hosts.end import End
 
 
@@ -81,6 +83,11 @@ def connect(controller: Controller, output: str, *inputs: str) -> None:
 
 
 def dialect(product: Product) -> Dialect:
+    if product.model not in OURS:
+        raise UsageError(
+            f"there are no cases for {product.model}: expected one of {', '.join(OURS)}; "
+            "compare it by `axistwin record` and `axistwin replay`"
+        )
     found: Dialect = import_module(f"axistwin.real.probing.{product.family}").DIALECT
     return found
 

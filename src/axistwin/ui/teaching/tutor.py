@@ -104,8 +104,9 @@ class Tutor:
         return reasons or [f"the last line was ignored: {self._ignored}"] * bool(self._ignored)
 
     def _suggested(self, count: int) -> list[str]:
-        width = max((len(line) for line, _ in self.guide.suggestions[:count]), default=0)
-        return [f"type  {line.ljust(width)}   {meaning}" for line, meaning in self.guide.suggestions[:count]]
+        listed = (self.guide.suggestions or [(word.syntax, word.meaning) for word in self.guide.words()])[:count]
+        width = max((len(line) for line, _ in listed), default=0)
+        return [f"type  {line.ljust(width)}   {meaning}" for line, meaning in listed]
 
     def _explanations(self, words: str) -> Iterator[str]:
         if _CODE.fullmatch(words.upper()) and (rule := self._find(words.upper())) is not None:
@@ -138,7 +139,15 @@ class Tutor:
         return found
 
     def _find(self, code: str) -> Rule | None:
-        return next((rule for table in tables().values() for rule in table if rule.code == code), None)
+        return next(
+            (
+                rule
+                for table in (*tables().values(), self.controller.product.rules)
+                for rule in table
+                if rule.code == code
+            ),
+            None,
+        )
 
     def _answered(self, reply: bytes) -> list[str]:
         meaning = self.guide.answer(self._request, reply)

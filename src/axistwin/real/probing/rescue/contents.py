@@ -6,6 +6,8 @@ from importlib import import_module
 from typing import Any
 
 from axistwin.bench import Bench, product
+from axistwin.controllers.registry import OURS
+from axistwin.core.errors import UsageError
 from axistwin.real.hosts.exchange import Exchange
 
 
@@ -51,5 +53,8 @@ class Reader:
 
 
 def reader(model: str) -> Reader:
-    found: Reader = import_module(f"{__package__}.{product(model).family}").READER
+    made = product(model)
+    if made.model not in OURS:
+        raise UsageError(f"{made.model} cannot be rescued: expected one of {', '.join(OURS)}")
+    found: Reader = import_module(f"{__package__}.{made.family}").READER
     return found
