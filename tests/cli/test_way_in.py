@@ -12,9 +12,9 @@ from unittest.mock import patch
 import pytest
 from click.testing import CliRunner
 
-from axistwin.bench.models import OURS
 from axistwin.cli.common import completing
 from axistwin.cli.program import COMMANDS, axistwin, main
+from axistwin.controllers.registry import OURS
 
 from ..command import PATIENCE_S, ended, refused, run, running
 
@@ -139,7 +139,8 @@ COMPLETED = {
     ("run", "i"): ["if1", "if2"], ("run", "ce"): ["cell/scene.toml"], ("run", "cell/"): ["cell/scene.toml"],
     ("serve", "cell/s"): ["cell/scene.toml"], ("run", "if1", ""): ["cell/deep/home.sms", "cell/feed.if1"],
     ("check", "cell/f"): ["cell/feed.if1"], ("plot", "a"): ["a.csv"], ("commands", "18"): ["1810", "1811"],
-    ("examples", "d"): ["drill"], ("docs", "po"): ["ports"], ("run", "--pl"): ["--plot"], ("completion", "b"): ["bash"],
+    ("examples", "dr"): ["drill"], ("docs", "po"): ["ports"], ("run", "--pl"): ["--plot"],
+    ("completion", "b"): ["bash"],
 }  # fmt: skip
 
 
@@ -184,7 +185,3 @@ def test_bash_completes_with_the_script(tmp_path):
         [bash, "-c", words], capture_output=True, text=True, env=environment, timeout=PATIENCE_S, check=False
     )
     assert done.stdout.split() == ["smartmotor"]
-
-
-def test_the_models_of_the_completion_are_all():
-    assert tuple(OURS) == completing.MODELS

@@ -119,9 +119,17 @@ class LazyGroup(click.Group):
                 formatter.write_dl([(command.name.ljust(width), command.summary) for command in commands])
 
 
+def _complete_device(ctx: click.Context, param: click.Parameter, incomplete: str) -> list[str]:
+    from axistwin.cli.common.completing import complete_device
+
+    return complete_device(ctx, param, incomplete)
+
+
 @click.group(cls=LazyGroup, context_settings={"help_option_names": ["-h", "--help"]})
+@click.option("--device", "devices", multiple=True, metavar="FILE.py", shell_complete=_complete_device,
+              help="Load the devices of a Python file, for this command.")  # fmt: skip
 @click.version_option(VERSION, "--version", prog_name="axistwin")
-def axistwin() -> None:
+def axistwin(devices: tuple[str, ...]) -> None:
     """Run legacy motion controllers without the hardware.
 
     \b
@@ -136,6 +144,11 @@ def axistwin() -> None:
     axistwin run if1 moves.if1         run command lines at full speed
     axistwin serve if1 --tcp :5001     serve an IF1 to a host program
     """
+    for file in devices:
+        # Imported here, because only devices of others need it.
+        from axistwin.devices.loading import load
+
+        load(file)
 
 
 def main(arguments: list[str] | None = None) -> None:
@@ -154,6 +167,8 @@ def execute(arguments: list[str] | None = None) -> int:
         print("axistwin: interrupted", file=sys.stderr)
         return 130
     except click.ClickException as error:
+        if isinstance(error, click.NoSuchOption) and error.option_name == "--device":
+            return _tell(UsageError("--device is before the command: axistwin --device FILE.py COMMAND …"), as_json)
         if as_json:
             _print_error(error.format_message(), error.exit_code)
         else:

@@ -143,6 +143,10 @@ class NoSceneError(SceneError, UsageError):
     """Raised if a scene file does not exist or cannot be opened."""
 
 
+class DeviceError(PlacedError, UsageError):
+    """Raised if the file of a device cannot be loaded."""
+
+
 class ProgramError(PlacedError):
     """Raised for an error in a program or in the file of a conversation."""
 

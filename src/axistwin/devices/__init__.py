@@ -13,10 +13,11 @@ class Stage(Device):
 
 from axistwin.devices.device import Device, Input, Option, Output, register
 from axistwin.devices.framing import Datagrams, Lines, Request, add8, xor8
+from axistwin.devices.loading import load
 from axistwin.devices.table import Refused, Why, command, query
 from axistwin.plant.positioner import Positioner
 
 __all__ = [
     "Datagrams", "Device", "Input", "Lines", "Option", "Output", "Positioner", "Refused", "Request", "Why", "add8",
-    "command", "query", "register", "xor8",
+    "command", "load", "query", "register", "xor8",
 ]  # fmt: skip

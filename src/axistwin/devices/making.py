@@ -52,7 +52,7 @@ def product_of(kind: type[Device]) -> Product:
                 )
     _check_texts(kind)
     return Product(
-        kind.model, kind.title or f"{kind.__module__} {kind.__name__}", CommandSet(*entries), tuple(kind.axes),
+        kind.model, kind.title or kind.__name__, CommandSet(*entries), tuple(kind.axes),
         _options(kind), lambda clock, axes, options, store: Hardware(kind, entries, clock, axes, options, store),
         make_axis=lambda clock, name, given, history: _axis(kind.axes[name], clock, name, given, history),
         line=line_format(kind.line, UartFormat())[0],

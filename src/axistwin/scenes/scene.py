@@ -38,6 +38,7 @@ from typing import TYPE_CHECKING, Any, Self
 
 from axistwin.bench import Bench, product
 from axistwin.controllers.product import Product
+from axistwin.controllers.registry import texts_of
 from axistwin.core.errors import SceneError
 from axistwin.scenes.addresses import check_ports
 from axistwin.scenes.build import Builder, is_in_loop
@@ -151,6 +152,11 @@ class Scene:
         found |= {f"{name}.rs485": made for name, made in found.items()}
         lines = ((name, line.motors[0]) for _, name, line, _ in shared_lines(self._contents))
         return found | {name: found[motor] for name, motor in lines if motor in found}
+
+    @property
+    def device_files(self) -> dict[str, str]:
+        """Texts of the loaded Python files that the scene's models are in, by path."""
+        return texts_of(table.model for table in self._contents.controller)
 
     def build(self, *, served: bool = False) -> Bench:
         """Build all controllers and machines of the scene; the controllers are switched on.

@@ -40,11 +40,13 @@ class Job:
     for_s: float | None = None
     program: Path | None = None
     host: str | None = None  # A Python host, `module:function`, that is called with the bench of each run.
+    devices: Mapping[str, str] = field(default_factory=dict)  # Texts of the Python files with the scene's devices.
 
     def hash(self) -> str:
         texts = {Path(name).name: text for name, text in self.scene.programs.items()}
         if self.program is not None:
             texts[self.program.name] = self.program.read_text(encoding="latin-1")
+        texts |= {Path(name).name: text for name, text in self.devices.items()}
         digest = sha256(self.scene.text.encode())
         for name, text in sorted(texts.items()):
             digest.update(f"\0{name}\0{text}".encode())
@@ -59,6 +61,11 @@ class Runner:
 
     def __init__(self, job: Job) -> None:
         self.job = job
+        if job.devices:
+            # Imported here, because only devices of others need it.
+            from axistwin.devices.loading import load_texts
+
+            load_texts(job.devices)
         self.variation = Variation(job.scene, job.paths)
         self.measures = {name: _named(name, text, measure) for name, text in job.measures.items()}
         self.claims = {name: _named(name, text, claim) for name, text in job.claims.items()}

@@ -16,7 +16,7 @@ from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import Any
 
-from axistwin.bench import Bench, Controller, product
+from axistwin.bench import Bench, Controller
 from axistwin.bench.faults.injector import free_name
 from axistwin.bench.faults.kinds import kind_of
 from axistwin.core.errors import SceneError, UsageError, instead
@@ -140,7 +140,7 @@ def _suggestion(word: str, known: Sequence[str]) -> str:
 def _in_controller(scene: Scene, controller: Controller, path: str, rest: list[str]) -> Place:
     number = next(n for n, table in enumerate(scene.data["controller"]) if _called(table) == controller.name)
     at: Keys = ("controller", number)
-    options = [each.name for each in fields(product(controller.product.model).options)]
+    options = [each.name for each in fields(controller.product.options)]
     if rest[0] == "program" and len(rest) == 2:
         return _in_program(scene, path, at, rest[1])
     if rest[0] in controller.axes and len(rest) > 1:

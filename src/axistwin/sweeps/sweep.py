@@ -101,7 +101,10 @@ class Sweep:
         }  # fmt: skip
 
     def _job(self, seconds: float | None) -> Job:
-        return Job(self.scene, tuple(self.varied), self.measures, self.claims, seconds, self.program, self.host)
+        return Job(
+            self.scene, tuple(self.varied), self.measures, self.claims, seconds, self.program, self.host,
+            self.scene.device_files,
+        )  # fmt: skip
 
     def check(self, design: Design | None = None, seconds: float | None = None) -> tuple[Runner, Points]:
         """Check the sweep before the first run, without importing its host.  Raises UsageError for an invalid sweep.

@@ -15,6 +15,7 @@ worst result of these runs.  Every claim must hold in every run.
 
 import json
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, Self
 
@@ -22,7 +23,7 @@ from axistwin.core.errors import UsageError
 from axistwin.core.version import VERSION
 from axistwin.scenes.scene import Scene
 from axistwin.sweeps.designs import Points
-from axistwin.sweeps.job import Job, Row, Runner
+from axistwin.sweeps.job import Row, Runner
 from axistwin.sweeps.paths import Variation
 from axistwin.sweeps.study import Study, Trial, reserved
 from axistwin.sweeps.sweep import Design, Sweep, engine_for, prepare
@@ -121,7 +122,7 @@ class Tuning:
         delivered, scatter = self._scatter.check(design, seconds)
         job = delivered.job
         paths = (*self.changed, *job.paths)
-        runner = Runner(Job(job.scene, paths, job.measures, job.claims, seconds, job.program, job.host))
+        runner = Runner(replace(job, paths=paths, for_s=seconds))
         for number, values in enumerate(self.changed.values()):
             for value in values.samples:
                 runner.variation.check(number, value)

@@ -2,11 +2,17 @@
 
 import os
 from collections.abc import Callable, Iterable, Iterator
+from contextlib import suppress
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
 
-MODELS = ("if1", "if2", "1810", "1811", "smartmotor")
+from axistwin.controllers.registry import names
+
+if TYPE_CHECKING:
+    import ast
+
 SCENES = (".toml",)
 PROGRAMS = (".if1", ".181x", ".sms", ".talk")
 TRACES = (".csv", ".vcd", ".parquet")
@@ -15,19 +21,21 @@ MOST_DEEP, MOST_SEEN = 3, 2000  # Limits of a search for files: depth below the 
 Complete = Callable[[click.Context, click.Parameter, str], list[str]]
 
 
-def _of(names: Iterable[str], suffixes: tuple[str, ...] = ()) -> Complete:
+def _of(suffixes: tuple[str, ...] = (), *, models: bool = False) -> Complete:
     def complete(ctx: click.Context, param: click.Parameter, incomplete: str) -> list[str]:  # noqa: ARG001
-        found = [name for name in names if name.startswith(incomplete.lower())]
+        named = dict.fromkeys((*names(), *_in_files(ctx.find_root().params.get("devices") or ()))) if models else ()
+        found = [name for name in named if name.startswith(incomplete.lower())]
         return found + (sorted(_files(incomplete, suffixes)) if suffixes else [])
 
     return complete
 
 
-complete_model = _of(MODELS)
-complete_target = _of(MODELS, SCENES)
-complete_program = _of((), PROGRAMS)
-complete_checked = _of(MODELS, (*PROGRAMS, *SCENES))
-complete_trace = _of((), TRACES)
+complete_model = _of(models=True)
+complete_target = _of(SCENES, models=True)
+complete_program = _of(PROGRAMS)
+complete_checked = _of((*PROGRAMS, *SCENES), models=True)
+complete_trace = _of(TRACES)
+complete_device = _of((".py",))
 
 
 def complete_example(ctx: click.Context, param: click.Parameter, incomplete: str) -> list[str]:  # noqa: ARG001
@@ -37,9 +45,34 @@ def complete_example(ctx: click.Context, param: click.Parameter, incomplete: str
 
 
 def complete_page(ctx: click.Context, param: click.Parameter, incomplete: str) -> list[str]:  # noqa: ARG001
-    from axistwin.ui.guide.pages import names
+    from axistwin.ui.guide import pages
 
-    return [name for name in names() if name.startswith(incomplete)]
+    return [name for name in pages.names() if name.startswith(incomplete)]
+
+
+def _in_files(files: Iterable[str]) -> Iterator[str]:
+    """Yield the models that the classes of Python files name, without running them."""
+    for file in files:
+        import ast
+
+        with suppress(OSError, ValueError, SyntaxError):
+            for kind in ast.parse(Path(file).read_bytes()).body:
+                for line in kind.body if isinstance(kind, ast.ClassDef) else ():
+                    if isinstance(line, ast.Assign):
+                        yield from _models(line.targets[0], line.value)
+                    elif isinstance(line, ast.AnnAssign) and line.value is not None:
+                        yield from _models(line.target, line.value)
+
+
+def _models(target: "ast.expr", value: "ast.expr") -> Iterator[str]:
+    import ast
+
+    match target, value:
+        case ast.Name("model"), ast.Constant(str(name)):
+            yield name
+        case ast.Tuple(targets), ast.Tuple(values):
+            for each, assigned in zip(targets, values, strict=False):
+                yield from _models(each, assigned)
 
 
 def _files(incomplete: str, suffixes: tuple[str, ...]) -> Iterator[str]:

@@ -12,7 +12,9 @@ from contextlib import suppress
 from threading import Thread
 from typing import Any, ParamSpec, TypeVar
 
+from axistwin.controllers.registry import FILES
 from axistwin.core.child import Child, pipes
+from axistwin.devices.loading import load_texts
 
 Given = ParamSpec("Given")
 Result = TypeVar("Result")
@@ -60,11 +62,14 @@ class Background:
     def _execute(self, task: bytes) -> tuple[bool, Any] | None:
         if self._closed:
             return None
-        if self._process is None:
-            self._process = Child(__name__, "work")
+        first = self._process is None
+        process = self._process = self._process or Child(__name__, "work")
         try:
-            self._process.send(task)
-            answer: tuple[bool, Any] = self._process.receive()
+            if first and FILES:  # The devices of others that this process has loaded.
+                process.send(pickle.dumps((load_texts, (dict(FILES.values()),), {})))
+                process.receive()
+            process.send(task)
+            answer: tuple[bool, Any] = process.receive()
         except (OSError, ValueError, EOFError, pickle.UnpicklingError):
             self._end()
             return None

@@ -108,7 +108,14 @@ def _files(scene: Scene) -> dict[str, str]:
 
 
 def _settings(scene: Scene, texts: Mapping[str, str], commands: Mapping[str, str]) -> dict[str, Any]:
-    contents = json.dumps([VERSION, sorted(texts.items()), list(commands.items())])
+    devices = [(Path(path).name, text) for path, text in scene.device_files.items()]
+    contents = json.dumps([VERSION, sorted(texts.items()), list(commands.items()), *devices])
     token = uuid5(NAMESPACE_URL, sha256(contents.encode()).hexdigest())
     description = " ".join(scene.title.split()) or f"Scene {scene.file.name}"
-    return {"version": VERSION, "commands": dict(commands), "description": description, "token": str(token)}
+    return {
+        "version": VERSION,
+        "commands": dict(commands),
+        "description": description,
+        "token": str(token),
+        "devices": devices,
+    }

@@ -15,6 +15,7 @@ from pythonfmu3 import Boolean, Float64, Fmi3Causality, Fmi3Slave, Fmi3Status, F
 from axistwin.core.errors import AxistwinError, UsageError
 from axistwin.core.units import to_ns
 from axistwin.core.version import VERSION
+from axistwin.devices.loading import load_text
 from axistwin.real.integrations.fmu.archive import FOLDER, SCENE, SETTINGS
 from axistwin.real.integrations.fmu.variables import ANGLE, SPEED, TIME, TORQUE, Input, Output, inputs, outputs
 from axistwin.scenes.scene import Scene
@@ -31,6 +32,8 @@ class Machine(Fmi3Slave):
         folder = Path(options["resources"])
         settings: Mapping[str, Any] = json.loads((folder / SETTINGS).read_text(encoding="utf-8"))
         _check_version(settings["version"])
+        for number, (name, text) in enumerate(settings["devices"]):
+            load_text(folder / str(number) / name, text)
         scene = Scene.load(folder / FOLDER / SCENE)
         self.bench = scene.build()
         self.guid, self.description = settings["token"], settings["description"]
