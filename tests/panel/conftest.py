@@ -1,9 +1,8 @@
-"""The simulated NiceGUI server, which is closed after all tests of the panel, and what the tutor prints."""
+"""The simulated NiceGUI server, which is closed after all tests of the panel."""
 
 import pytest
 
 from axistwin.ui.panel.memory import Memory
-from axistwin.ui.panel.views.asides import Asides
 
 from .showing import stage
 
@@ -19,15 +18,3 @@ def no_collection(request, monkeypatch):
     """Skip the garbage collections of a new page, which are slow in the large memory of the test process."""
     if request.path.name != "test_memory.py":
         monkeypatch.setattr(Memory, "keep", lambda self: None)
-
-
-@pytest.fixture
-def written(monkeypatch):
-    found = []
-
-    def text(self, said, original=Asides.text):
-        found.append(original(self, said))
-        return found[-1]
-
-    monkeypatch.setattr(Asides, "text", text)
-    return found

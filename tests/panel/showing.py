@@ -13,6 +13,7 @@ from nicegui.testing.user import User
 from nicegui.testing.user_simulation import user_simulation
 
 from axistwin import Session
+from axistwin.ui.conversation.conversation import Conversation
 from axistwin.ui.panel.context import Common, Context
 from axistwin.ui.panel.people import People
 
@@ -65,6 +66,11 @@ class Visit:
     def choose(self, mark, value):
         with self.user.client:
             self.found(mark).value = value
+
+    def told(self, name, last=1000):
+        """Return the last entries of a terminal's list as text, each with its notes below it."""
+        entries = self.context.common(Conversation).log.since(name, 0)[1][-last:]
+        return "\n".join(line for each in entries for line in (f"{each.who} {each.text}", *each.notes))
 
     def lit(self, mark):
         """Return True if a lamp is lit; its CSS class and its label for screen readers must be equal."""

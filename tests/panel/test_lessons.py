@@ -2,8 +2,7 @@
 
 import pytest
 
-from axistwin.ui.panel.lessons import Lessons
-from axistwin.ui.panel.views.lessons import on_the_page
+from axistwin.ui.conversation.conversation import Conversation, by_hand
 from axistwin.ui.panel.views.terminal import terminal
 from axistwin.ui.teaching.lessons import course
 
@@ -27,24 +26,24 @@ async def say(visit, line):
 
 @pytest.mark.parametrize(("model", "number"), [("if1", 2), ("if1", 5), ("1811", 2), ("smartmotor", 3)])
 @shown(terminal)
-async def test_a_lesson_is_done_by_what_the_controller_has_done(visit, model, number, written):
+async def test_a_lesson_is_done_by_what_the_controller_has_done(visit, model, number):
     lesson = course(model)[number - 1]
     visit.context.session.speed = None
     await click(visit, f"lesson-{model}-{number}")
     assert visit.context.session.running
     visit.context.session.pause()  # the test advances virtual time
     for step, task in enumerate(lesson.steps, start=1):
-        assert visit.found(f"task-{model}").text == on_the_page(f"{step}. {task.task}")
+        assert visit.found(f"task-{model}").text == by_hand(f"{step}. {task.task}")
         assert f"step {step} of {len(lesson.steps)}" in visit.found(f"lesson-title-{model}").text
         visit.press(f"show-{model}")
-        assert task.solution[0] in "".join(written)
+        assert task.solution[0] in visit.told(model, 1)
         for line in task.solution:
             await say(visit, line)
     assert "done" in visit.found(f"lesson-title-{model}").text and visit.found(f"next-lesson-{model}").visible
     assert visit.context.person.settings[f"lessons {model}"] == str(number)
-    assert "done." in "".join(written)
+    assert "? Done" in visit.told(model)
     visit.press(f"end-lesson-{model}")
-    assert visit.context.common(Lessons).of(model) is None
+    assert visit.context.common(Conversation).lessons.of(model) is None
 
 
 @shown(terminal, "if1")
@@ -85,11 +84,11 @@ async def test_only_messages_of_this_controller_count_and_only_the_driver_begins
 
 
 @shown(terminal, "if1")
-async def test_initialise_performs_the_dialogue_once(visit, written):
+async def test_initialise_performs_the_dialogue_once(visit):
     await click(visit, "init-if1")
     assert visit.bench["if1"].registers["state"].read() == "ready" and not visit.context.session.running
     await say(visit, ":init")
-    assert "the controller is ready: no initialisation is needed" in "".join(written)
+    assert visit.told("if1", 1) == "? Initialise\nthe controller is ready: no initialisation is needed"
 
 
 COMMANDS = (
@@ -99,11 +98,11 @@ COMMANDS = (
 
 
 @shown(terminal, "if1")
-async def test_commands_of_the_terminal_are_typed(visit, written):
+async def test_commands_of_the_terminal_are_typed(visit):
     for line, text in COMMANDS:
-        written.clear()
         await say(visit, line)
-        assert line in "".join(written) and text in "".join(written)
+        asked, *answer = visit.told("if1", 1).splitlines()
+        assert asked == f"? {line}" and text in "\n".join(answer)
         visit.run(1.0)
     await say(visit, ":drive input1 high")
     assert visit.bench["if1"].pins["input1"].level
@@ -117,13 +116,13 @@ async def test_commands_of_the_terminal_are_typed(visit, written):
     ):  # fmt: skip
         await say(visit, line)
         assert message in visit.messages[-1]
-    assert not visit.context.common(Lessons).of("if1")
+    assert not visit.context.common(Conversation).lessons.of("if1")
 
 
 def test_a_task_on_the_page_names_the_switch_to_click():
-    assert on_the_page("Open the plus limit: type  :drive limit_plus low") == (
+    assert by_hand("Open the plus limit: type  :drive limit_plus low") == (
         "Open the plus limit: click the switch limit_plus"
     )
-    assert on_the_page("Wait for input 1, then move: type  H1X300$  and then  :drive input1 high") == (
+    assert by_hand("Wait for input 1, then move: type  H1X300$  and then  :drive input1 high") == (
         "Wait for input 1, then move: type  H1X300$  and then  click the switch input1"
     )

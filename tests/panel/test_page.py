@@ -1,14 +1,15 @@
 """The complete page: tabs, users, terminals, and a controller of another family."""
 
-import re
+import json
 
 import pytest
 from nicegui import ui
 
-from axistwin.bench import Bench, LineBreak, Sent
+from axistwin.bench import Bench
+from axistwin.ui.conversation.conversation import Conversation
 from axistwin.ui.panel.context import together
+from axistwin.ui.panel.drawings import entries
 from axistwin.ui.panel.page import build_views
-from axistwin.ui.panel.talk import Talk
 from axistwin.ui.panel.views.people import people
 from axistwin.ui.panel.views.tabs import tabs
 from axistwin.ui.panel.views.terminal import terminal
@@ -21,8 +22,8 @@ def whole(context):
 
 
 def said(visit, name):
-    events = visit.context.common(Talk).since(name, 0)[1]
-    return b"".join(event.data for event in events if isinstance(event, Sent))
+    entries = visit.context.common(Conversation).log.since(name, 0)[1]
+    return b"".join(each.data for each in entries if each.who == ">")
 
 
 def type_into(visit, mark, text):
@@ -148,8 +149,9 @@ def test_a_line_goes_out_with_the_end_that_is_chosen_and_is_remembered(visit, mo
 @shown(terminal)
 def test_keys_go_out_one_by_one_from_the_screen_itself(visit, model):
     visit.run(1.5)
+    visit.press(f"why-{model}")
     for key in "Ra ":
-        visit.user.find(ui.xterm).trigger("data", key)
+        visit.trigger(f"list-{model}", "keys", key)
     visit.frame()
     assert said(visit, model) == b"Ra "
 
@@ -167,9 +169,9 @@ def test_a_board_takes_hex_or_words_and_tells_where_they_are_wrong(visit):
 @shown(terminal)
 def test_break_and_format(visit, model):
     visit.run(1.5)
-    host, talk = visit.bench[model].serial.host, visit.context.common(Talk)
+    host, talk = visit.bench[model].serial.host, visit.context.common(Conversation)
     visit.press(f"break-{model}")
-    assert [type(event) for event in talk.since(model, 0)[1]] == [LineBreak]
+    assert [each.text for each in talk.log.since(model, 0)[1] if each.who == ">"] == ["<BREAK 0.25 s>"]
     type_into(visit, f"format-{model}", "2400 7E1")
     assert str(host.format) == "2400 7E1"
     type_into(visit, f"format-{model}", "fast")
@@ -186,11 +188,12 @@ def test_control_lines(visit):
 @shown(whole)
 async def test_a_reload_loses_nothing(visit, monkeypatch, model, line):
     written = []
-    monkeypatch.setattr(ui.xterm, "write", lambda _, text: written.append(text))
+    monkeypatch.setattr(entries, "execute", lambda _, code: written.append(code))
 
     def conversation():
-        """Return the lines with a time, without the remarks of the tutor."""
-        return [each for each in "".join(written).split("\r\n") if re.search(r"\d\.\d{6}", each)]
+        """Return the last state of each entry that the page has got."""
+        sent = (json.loads(code.partition(",[")[2][:-2]) for code in written if '"add"' in code)
+        return {entry["number"]: entry for added in sent for entry in added}
 
     visit.run(1.5)
     visit.user.find("Terminal").click()
@@ -201,7 +204,7 @@ async def test_a_reload_loses_nothing(visit, monkeypatch, model, line):
     visit.press("scope-show")
     shown = visit.found("clock").text, visit.found("scope-signals").value, conversation()
     assert shown[0] == "2.000000 s" and shown[1] == f"{model}.host_says"
-    assert "1.500000" in shown[2][0]
+    assert any(entry["time"] == "1.500000" for entry in shown[2].values())
     written.clear()
     await visit.reload()
     assert (visit.found("clock").text, visit.found("scope-signals").value, conversation()) == shown
@@ -210,4 +213,4 @@ async def test_a_reload_loses_nothing(visit, monkeypatch, model, line):
 
 @shown(terminal, "if1")
 def test_who_is_connected_from_outside_is_told(visit):
-    assert visit.found("client-if1").text == "no client is connected"
+    assert visit.found("client-if1").text == "No host is connected"

@@ -30,7 +30,7 @@ def test_a_program_is_started_and_stopped_and_the_running_line_is_marked(panel):
     click(panel.button("cancel #", program))
     click(panel.button("start :$", program))
     panel.run()
-    expect(panel.tab("table", "Terminal").get_by_test_id("terminal table")).to_contain_text("#<CR>")
+    expect(panel.tab("table", "Terminal").get_by_test_id("terminal table")).to_contain_text("#CR")
     panel.pause()
 
 

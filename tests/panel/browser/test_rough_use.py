@@ -14,7 +14,7 @@ RINGED = """() => {
 def test_tab_leads_into_a_terminal_and_out_again(panel):
     panel.moving()
     who = panel.facts.who
-    screen = panel.tab(who, "Terminal").get_by_test_id(f"terminal {who}").locator("textarea")
+    screen = panel.tab(who, "Terminal").get_by_test_id(f"terminal {who}")
     screen.focus()
     panel.page.keyboard.press("Tab")
     expect(panel.field(f"say to {who}")).to_be_focused()
@@ -25,16 +25,16 @@ def test_tab_leads_into_a_terminal_and_out_again(panel):
 
 
 @on("drill")
-def test_a_terminal_is_as_wide_as_there_is_room(panel):
+def test_a_message_is_wrapped_before_the_steps_of_a_program(panel):
     panel.moving()
     who, page = panel.facts.who, panel.page
-    panel.tab(who, "Terminal").get_by_test_id(f"terminal {who}")
-    inside = "() => [...document.querySelectorAll('.xterm-screen')].every((each) => {"
-    inside += " const room = each.closest('.terminal:not(.xterm)').clientWidth;"
-    inside += " return !room || (each.clientWidth <= room && each.clientWidth > room - 40); })"
+    panel.tab(who, "Terminal")
+    said = page.get_by_test_id(f"terminal {who}")
+    inside = "box => box.scrollWidth <= box.clientWidth"
+    lines = "box => [...box.querySelectorAll('b')].filter(each => each.getClientRects().length > 1).length"
     for width in (1280, 700, 1000):
         page.set_viewport_size({"width": width, "height": 900})
-        page.wait_for_function(inside)
+        assert said.evaluate(inside) and said.evaluate(lines) == 0
     page.set_viewport_size({"width": 1280, "height": 900})
 
 

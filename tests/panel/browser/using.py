@@ -95,10 +95,10 @@ class Facts:
 
 
 FACTS = {
-    "drill": Facts(who="table", axis="X", moving="table.X passes 1000", pin="input3", says="N", answer="0<CR>"),
+    "drill": Facts(who="table", axis="X", moving="table.X passes 1000", pin="input3", says="N", answer="0CR"),
     "winder": Facts(who="traverse", axis="motor", moving="traverse.motor passes 1000", pin="trigger2",
                     says="position_from_absolute_zero", answer=""),
-    "cut-to-length": Facts(who="knife", axis="shaft", moving="feeder.X passes 1000", pin="F", says="RP", answer="<CR>"),
+    "cut-to-length": Facts(who="knife", axis="shaft", moving="feeder.X passes 1000", pin="F", says="RP", answer="CR"),
 }  # fmt: skip
 
 

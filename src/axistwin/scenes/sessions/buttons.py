@@ -1,6 +1,9 @@
 """Perform the buttons of a state (`condition.py`), and make a controller ready."""
 
-from axistwin.bench import Say, Wait
+from collections.abc import Iterator
+
+from axistwin.bench import Do, Say, Wait
+from axistwin.bench.acts import Act
 from axistwin.core.units import to_seconds
 from axistwin.scenes.reasons.families import reasons_of
 from axistwin.scenes.reasons.remedies import Remedies
@@ -15,11 +18,7 @@ async def perform(session: Session, button: Button, name: str = "") -> None:
     """
     match button.does:
         case "do":
-            for act in button.acts:
-                if isinstance(act, Say):
-                    session.say(act.controller, act.data)
-                else:
-                    session.do(act.controller, act.target, act.value)
+            await follow(session, name, iter(button.acts))
         case "go":
             await session.advance_to(button.at_s)
         case "initialise":
@@ -36,12 +35,18 @@ async def perform(session: Session, button: Button, name: str = "") -> None:
 
 async def initialise(session: Session, name: str) -> bool:
     """Make a controller ready, at full speed.  Returns False if it is ready already.  Raises AxistwinError."""
-    acts = reasons_of(session.bench[name], Remedies()).initialisation()
-    needed = False
+    return await follow(session, name, reasons_of(session.bench[name], Remedies()).initialisation())
+
+
+async def follow(session: Session, name: str, acts: Iterator[Act]) -> bool:
+    """Perform acts one after the other, at full speed.  Returns False if there are none.  Raises AxistwinError."""
+    some = False
     while (act := session.inspect(lambda: next(acts, None))) is not None:
-        needed = True
+        some = True
         if isinstance(act, Say):
-            session.say(name, act.data)
+            session.say(act.controller or name, act.data)
+        elif isinstance(act, Do):
+            session.do(act.controller or name, act.target, act.value)
         elif isinstance(act, Wait):
             await session.advance_to(session.seconds + to_seconds(act.ns))
-    return needed
+    return some

@@ -14,6 +14,7 @@ from nicegui import Client, background_tasks, events, ui
 
 from axistwin.bench import endpoints
 from axistwin.scenes.sessions.session import Session
+from axistwin.ui import conversation
 from axistwin.ui.drawings.of_axes import asset
 from axistwin.ui.panel import layout
 from axistwin.ui.panel.actions import State
@@ -40,8 +41,8 @@ KEPT_PAGES = 3  # Largest number of disconnected pages that are kept; the oldest
 SCRIPTS = "keys.js", "scope.js", "state.js"
 """Scripts of views; they are sent with the page, because a browser ignores scripts that are added later."""
 BEGIN = 'document.documentElement.lang = "en"; document.documentElement.classList.add("building")'
-LOAD = 'import("nicegui-echart"); import("nicegui-xterm")'
-"""JavaScript that loads the large libraries while the server builds the views."""
+LOAD = 'import("nicegui-echart")'
+"""JavaScript that loads a large library while the server builds the views."""
 BUILT = 'document.documentElement.classList.remove("building"); axistwinState.attach()'
 """JavaScript that shows the page after it has been built."""
 DRAWN = "await new Promise(requestAnimationFrame); axistwinState.show({state}, {handled})"
@@ -56,9 +57,9 @@ async def build_page(enter: Callable[[], Context]) -> None:
     """
     ui.colors(primary="#2457c5", positive="#19a15f", negative="#d0342c", warning="#d98e04")
     ui.add_head_html(f"<script>{BEGIN}</script>")
-    for script in (asset("parts.js"), *(_text("views", name) for name in SCRIPTS)):
+    for script in (asset("parts.js"), conversation.asset("log.js"), *(_text("views", name) for name in SCRIPTS)):
         ui.add_head_html(f"<script>{script}</script>")
-    ui.add_css(asset("drawings.css") + _text("panel.css"))
+    ui.add_css(asset("drawings.css") + conversation.asset("log.css") + _text("panel.css"))
     client = ui.context.client
     client.on_delete(lambda: _released(list(client.elements.values())))
     await client.connected()  # This call waits until a browser connects, or until the page is deleted.

@@ -18,13 +18,13 @@ from axistwin.core.numbers import NumberError, shortened, whole
 from axistwin.links.urls import LOOPBACK
 from axistwin.links.web_gate import is_loopback
 from axistwin.scenes.sessions.session import Session
+from axistwin.ui.conversation.conversation import Conversation
 from axistwin.ui.panel import layout
 from axistwin.ui.panel.context import Common, Context
 from axistwin.ui.panel.gate import Gate
 from axistwin.ui.panel.memory import Memory
 from axistwin.ui.panel.page import build_page, rehearse
 from axistwin.ui.panel.people import People, Person
-from axistwin.ui.panel.talk import Talk
 
 RECONNECT_S = 30.0  # Seconds after which a disconnected page is deleted.
 GOODBYE_S = 1
@@ -70,7 +70,7 @@ class Panel:
     def __init__(self, title: str, session: Session, address: Address) -> None:
         self.session, self.people, self.address = session, People(), address
         self.common = Common(session)
-        self.common(Talk)  # Messages of hosts and controllers are recorded even before a user opens the first page.
+        self.common(Conversation)  # Messages are recorded even before a user opens the first page.
         self._title = title
         self._server: _Server | None = None
         self._task: asyncio.Task[None] | None = None

@@ -1,7 +1,12 @@
 """The lessons of `axistwin learn` on the controllers of a session; all pages share them."""
 
-from axistwin.bench import Bench
-from axistwin.scenes.sessions.buttons import initialise
+from collections.abc import Iterator
+
+from axistwin.bench import Bench, Do, Wait
+from axistwin.bench.acts import Act
+from axistwin.core.units import to_ns
+from axistwin.scenes.reasons.families import reasons_of
+from axistwin.scenes.reasons.remedies import Remedies
 from axistwin.scenes.sessions.session import Session
 from axistwin.ui.teaching.lessons import STARTED_S, course
 from axistwin.ui.teaching.pupil import Pupil
@@ -27,19 +32,16 @@ class Lessons:
             found[1].check()
         return found
 
-    async def begin(self, name: str, number: int) -> None:
-        """Switch a controller off and on, begin a lesson, and start virtual time.  Raises AxistwinError."""
+    def begin(self, name: str, number: int) -> Iterator[Act]:
+        """Yield the acts that switch a controller off and on and make it ready, and begin the lesson after them."""
         self.end(name)
-        session = self._session
-        lesson = course(session.bench[name].product.model)[number - 1]
+        lesson = course(self._session.bench[name].product.model)[number - 1]
         for level in ("off", "on"):
-            session.do(name, "power", level)
-        await session.advance_to(session.seconds + STARTED_S)
+            yield Do("power", level, controller=name)
+        yield Wait(to_ns(STARTED_S))
         if lesson.initialised:
-            await initialise(session, name)
-        self._pupils[name] = number, Pupil(lesson, session.bench, name=name)
-        if not session.running:
-            session.run()
+            yield from reasons_of(self._session.bench[name], Remedies()).initialisation()
+        self._pupils[name] = number, Pupil(lesson, self._session.bench, name=name)
 
     def end(self, name: str) -> None:
         _, pupil = self._pupils.pop(name, (0, None))
