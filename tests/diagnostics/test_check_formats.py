@@ -192,7 +192,7 @@ def test_sarif_of_all_codes_is_valid(check):
     """All examples of rules are checked in one run; file names need escapes in URIs."""
     names = []
     for title, table in codes.tables().items():
-        for rule in table:
+        for rule in () if title == codes.DEVICES else table:
             suffix, model = codes.suffix_of(rule), codes.FAMILIES.get(title, ("if1",))[0]
             head = "" if suffix in (".toml", ".sms") or "model:" in rule.example else f"; model: {model}\n"
             names.append(f"{rule.code} é#?%.x{suffix}")

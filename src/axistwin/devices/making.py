@@ -3,7 +3,7 @@
 import inspect
 import json
 import traceback
-from collections.abc import Callable, Generator, Mapping, Sequence
+from collections.abc import Generator, Mapping, Sequence
 from dataclasses import field, make_dataclass
 from functools import cache, partial
 from logging import getLogger
@@ -15,6 +15,7 @@ from axistwin.controllers.front import Group, Lamp, Word
 from axistwin.controllers.product import Abilities, Product, Refusal, Register, Store
 from axistwin.core.errors import UsageError, one_line
 from axistwin.core.units import to_ns
+from axistwin.devices.checking import RULES, checker_of
 from axistwin.devices.device import Device, Input, Option, Output, State
 from axistwin.devices.framing import Lines, Port, Request
 from axistwin.devices.table import Entry, Refused, Why, check_table, collected
@@ -51,6 +52,8 @@ def product_of(kind: type[Device]) -> Product:
                     f"{_place(kind)}: axis {name} names {pin!r}: add it to the pins, e.g. {pin!r}: Input(level=True)"
                 )
     _check_texts(kind)
+    usual = {name: getattr(option, "usual", "") for name, option in kind.options.items()}
+    address = kind.framing.address.format(**usual).encode("latin-1")
     return Product(
         kind.model, kind.title or kind.__name__, CommandSet(*entries), tuple(kind.axes),
         _options(kind), lambda clock, axes, options, store: Hardware(kind, entries, clock, axes, options, store),
@@ -58,14 +61,9 @@ def product_of(kind: type[Device]) -> Product:
         line=line_format(kind.line, UartFormat())[0],
         limit_pins={name: (axis.minus, axis.plus) for name, axis in kind.axes.items() if axis.minus and axis.plus},
         home_pins={name: axis.home for name, axis in kind.axes.items() if axis.home},
-        make_front=lambda: _front(kind), phrase=_phrase(kind), driver=kind,
+        make_front=lambda: _front(kind), driver=kind, check=checker_of(kind, entries, address),
+        make_rules=lambda: RULES, phrase=lambda entry, values: kind.framing.phrase(entry, values, address),
     )  # fmt: skip
-
-
-def _phrase(kind: type[Device]) -> Callable[[Entry, Mapping[str, Any]], bytes]:
-    usual = {name: getattr(option, "usual", "") for name, option in kind.options.items()}
-    address = kind.framing.address.format(**usual).encode("latin-1")
-    return lambda entry, values: kind.framing.phrase(entry, values, address)
 
 
 def _axis(positioner: Positioner, clock: Clock, name: str, given: Mapping[str, Any], history: int) -> Any:

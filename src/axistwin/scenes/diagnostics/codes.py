@@ -6,6 +6,7 @@ from typing import Any
 from axistwin.bench import product, rules
 from axistwin.controllers.diagnostics import Rule
 from axistwin.core.errors import UsageError, most_similar
+from axistwin.devices import checking
 
 FAMILIES = {
     "Digiplan IF1 and IF2": ("if2", ".if1"),
@@ -13,12 +14,13 @@ FAMILIES = {
     "Animatics SmartMotor": ("smartmotor", ".sms"),
 }
 """For each family of controllers, a model that has all codes, and the suffix of the examples."""
-OURS = "Programs, conversations and scenes"
+DEVICES, OURS = "Devices of your own", "Programs, conversations and scenes"
 LONGEST = 200  # Number of characters above which an example is shortened.
 
 
 def tables() -> dict[str, tuple[Rule, ...]]:
-    return {**{title: product(model).rules for title, (model, _) in FAMILIES.items()}, OURS: rules.RULES}
+    families = {title: product(model).rules for title, (model, _) in FAMILIES.items()}
+    return {**families, DEVICES: checking.RULES, OURS: rules.RULES}
 
 
 def suffix_of(rule: Rule) -> str:
