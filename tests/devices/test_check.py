@@ -2,9 +2,9 @@
 
 import pytest
 
+from axistwin.bench.models import product
 from axistwin.controllers.diagnostics import Diagnostic
 from axistwin.devices import Device, Lines, checking, command, query
-from axistwin.devices.making import product_of
 from axistwin.scenes.diagnostics import codes
 from axistwin.scenes.diagnostics import fix as check_fix
 from axistwin.scenes.diagnostics.checking import diagnose_text
@@ -13,7 +13,7 @@ from .stages import Module, Stage, said
 
 
 def found(text: str, kind: type[Device] = Stage) -> list[Diagnostic]:
-    return diagnose_text(text, ".talk", product_of(kind))
+    return diagnose_text(text, ".talk", product(kind))
 
 
 def told(text: str, kind: type[Device] = Stage) -> list[str]:

@@ -11,8 +11,8 @@ import serial
 
 import axistwin
 from axistwin import Bench
+from axistwin.bench.models import product
 from axistwin.core.errors import UsageError
-from axistwin.devices.making import product_of
 
 from ..told import raises
 
@@ -88,7 +88,7 @@ FOUND_WHILE_RUNNING = {
 @pytest.mark.parametrize(("body", "sent", "words"), FOUND_WHILE_RUNNING.values(), ids=FOUND_WHILE_RUNNING)
 def test_an_error_is_named_and_the_server_goes_on(body, sent, words, tmp_path, caplog):
     bench = Bench()
-    controller = bench.add(product_of(written(tmp_path, body)))
+    controller = bench.add(written(tmp_path, body))
     told = []
     controller.subscribe_refusals(lambda refusal: told.append(refusal.why))
     caplog.set_level(logging.ERROR, "axistwin.devices")
@@ -119,7 +119,7 @@ OUTSIDE_OF_REQUESTS = {
 def test_so_is_an_error_that_no_request_has_caused(body, act, words, tmp_path, caplog):
     bench = Bench()
     with caplog.at_level(logging.ERROR, "axistwin.devices"):
-        controller = bench.add(product_of(written(tmp_path, body)))
+        controller = bench.add(written(tmp_path, body))
         bench.run(0.5)
         act(controller)
         bench.run(0.5)
@@ -141,7 +141,7 @@ FOUND_BEFORE = {
 @pytest.mark.parametrize(("body", "words"), FOUND_BEFORE.values(), ids=FOUND_BEFORE)
 def test_a_pattern_that_cannot_be_right_is_refused_before_anything_runs(body, words, tmp_path):
     with pytest.raises(UsageError) as raised:
-        product_of(written(tmp_path, body))
+        product(written(tmp_path, body))
     assert str(raised.value).startswith(f"stage.py:{line_of(tmp_path)}: ") and words in str(raised.value)
     assert "\n" not in str(raised.value)
-    raises(UsageError, "has no model: add one", product_of, written(tmp_path, "model = None"))
+    raises(UsageError, "has no model: add one", product, written(tmp_path, "model = None"))

@@ -8,7 +8,6 @@ import axistwin
 from axistwin import Bench
 from axistwin.core.errors import UsageError
 from axistwin.devices import Device
-from axistwin.devices.making import product_of
 from axistwin.drivers import DriverError, RefusedError, SilentError, TextDriver, WrongAnswerError, connect
 from axistwin.drivers.steps import Read, Write
 from axistwin.real.integrations import driver_inside
@@ -104,14 +103,14 @@ def test_what_goes_wrong_says_what_to_do():
     raises(DriverError, "speaks datagrams: expected functions that return bytes", connect, "x", text)
     raises(DriverError, "expected one of timeout", connect, "x", Stage, limits=True)
     bench = Bench()
-    bench.add(product_of(Stage))
+    bench.add(Stage)
     raises(UsageError, "expected one of timeout", driver_inside, bench, "stage", limits=True)
 
 
 @pytest.mark.parametrize("kind", [Stage, Module])
 def test_a_device_is_driven_at_a_port(kind):
     bench = Bench()
-    machine = bench.add(product_of(kind))
+    machine = bench.add(kind)
     with axistwin.serve(bench, speed="manual") as twin:
 
         def host() -> tuple[float, float, list[str]]:

@@ -18,7 +18,7 @@ from typing import Any
 
 from axistwin.bench import Bench, Controller
 from axistwin.bench.hosts import host_of
-from axistwin.bench.models import product
+from axistwin.bench.models import Model, product
 from axistwin.bench.talk.conversation import load_text, parse
 from axistwin.bench.talk.player import play
 from axistwin.bench.talk.recorder import recording_to
@@ -51,7 +51,7 @@ WORDS = {
 }  # fmt: skip
 
 
-def device_checks(model: "str | Product | type", *, seed: int = SEED) -> list[Any]:
+def device_checks(model: Model, *, seed: int = SEED) -> list[Any]:
     """Return pytest parameters: functions without arguments, which raise AssertionError with what to do.
 
     `model`: a name, a class of `axistwin.devices` or a Product.  `seed`: that of all random input; the same seed sends

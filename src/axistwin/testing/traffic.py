@@ -7,6 +7,7 @@ from typing import Any, NamedTuple
 
 from axistwin.controllers.commandset import Command, Field
 from axistwin.controllers.product import Product
+from axistwin.devices.table import CONVERT
 
 ORDINARY = 2000  # Largest magnitude of a number whose field has no range, so that moves end within the check.
 MOST_BURST = 24
@@ -133,7 +134,7 @@ def dialect_of(product: Product) -> Dialect:
 def lowest(product: Product, field: Any) -> Any:
     """Return the plainest value of a field."""
     if hasattr(field, "example"):
-        return field.example(next(iter(product.axes), ""))
+        return CONVERT.get(field.kind, str)(field.example(next(iter(product.axes), "")))
     return 0 if field.low is None else field.low
 
 
