@@ -306,3 +306,15 @@ def test_a_port_needs_a_model_that_answers(tmp_path, capsys):
         with pytest.raises(SystemExit) as ended:
             main(["ioc", *words, "--prefix", "LAB:"])
         assert ended.value.code == 2 and message in capsys.readouterr().err
+
+
+def test_a_scene_without_axes_for_others_is_told(tmp_path, capsys):
+    needs("caproto")
+    from axistwin.cli.program import main
+
+    scene = tmp_path / "scene.toml"
+    scene.write_text('[[controller]]\nmodel = "if1"\nhost = "a.if1"\n')
+    (tmp_path / "a.if1").write_text("X100$\n")
+    with pytest.raises(SystemExit) as ended:
+        main(["ioc", str(scene), "--prefix", "LAB:"])
+    assert ended.value.code == 2 and "every controller of" in capsys.readouterr().err

@@ -89,6 +89,11 @@ class Wanted:
         from axistwin.scenes.scene import Scene
 
         scene = Scene.load(Path(self.what))
+        if set(scene.models) <= {*scene.hosted, *(f"{name}.rs485" for name in scene.hosted)}:
+            raise UsageError(
+                f"every controller of {self.what} has a host in the scene: "
+                "leave out the key `host` of those whose axes are to be served"
+            )
         for name, found in self.options.items():
             if not isinstance(found, dict):
                 own = next((each for each in scene.models if each not in scene.hosted), "if1")
