@@ -4,8 +4,9 @@ import asyncio
 import zipfile
 
 import pytest
+from serial import serial_for_url
 
-from axistwin import Bench, Scene
+from axistwin import Bench, Scene, serve
 from axistwin.bench.models import models, product
 from axistwin.controllers.registry import texts_of
 from axistwin.core.errors import DeviceError, UsageError
@@ -150,6 +151,22 @@ def test_device_behind_the_command_is_told(stage):
     assert refused("run", "stage", "--device", stage) == (
         2, "axistwin: --device is before the command: axistwin --device FILE.py COMMAND …\n"
     )  # fmt: skip
+
+
+def test_command_lines_in_messages_have_the_devices(stage, tmp_path):
+    made = run("--device", stage, "new", tmp_path / "a" / "cell", "--models", "stage", "--yes")
+    assert made.err == f"axistwin: next: axistwin --device {stage} run {tmp_path}/a/cell/scene.toml\n"
+    assert "axistwin --device ../../stage.py run scene.toml" in (tmp_path / "a" / "cell" / "scene.toml").read_text()
+
+
+def test_a_test_can_serve_a_class(stage):
+    (kind,) = load(stage)
+    with serve(kind, speed="manual") as twin, serial_for_url(twin.ports["stage"], timeout=5) as host:
+        host.write(b"1PA500\r")
+        twin.advance(1)
+        host.write(b"1TP\r")
+        twin.advance(0.1)
+        assert host.read_until(b"\r") == b"500\r"
 
 
 def test_completion_names_the_models_of_a_file_without_running_it(stage):

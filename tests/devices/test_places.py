@@ -9,7 +9,7 @@ from axistwin.bench import product
 from axistwin.core.errors import UsageError
 from axistwin.devices import load
 from axistwin.real.probing.cases import dialect
-from axistwin.real.probing.rescue.finding import find
+from axistwin.real.probing.rescue.contents import reader
 from axistwin.ui.editor.scene import Scenes
 from axistwin.ui.editor.talk import Conversations
 from axistwin.ui.teaching.tutor import Tutor
@@ -88,7 +88,9 @@ def test_its_requests_on_a_shared_port_end_with_a_pause(hub):  # noqa: F811
 
 def test_what_exists_only_for_our_models_says_so(model, tmp_path):
     with pytest.raises(UsageError, match="stage cannot be rescued: expected one of if1, if2, 1810, 1811, smartmotor"):
-        find(None, model)
+        reader(model)
+    assert refused("rescue", "tcp://127.0.0.1:1", "--model", model, "--out", tmp_path / "x")[0] == 2
+    assert "no cases for stage" in refused("probe", "tcp://127.0.0.1:1", "--model", model)[1]
     with pytest.raises(UsageError, match=r"no cases for stage: expected one of if1, .* by `axistwin record`"):
         dialect(product(model))
     scene = tmp_path / "scene.toml"

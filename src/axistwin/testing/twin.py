@@ -21,6 +21,8 @@ from pathlib import Path
 from typing import Any, Literal, NamedTuple, Self, TypeVar
 
 from axistwin.bench import Bench, endpoints
+from axistwin.bench.models import Model, product
+from axistwin.controllers.product import Product
 from axistwin.core.errors import UsageError
 from axistwin.links.host_thread import HostThread
 from axistwin.links.loop_thread import LoopThread
@@ -218,15 +220,15 @@ class Twin:
 
 
 def serve(
-    what: str | Path | Mapping[str, Any] | Bench, *, speed: Speed = 1.0,
+    what: "Model | Path | Mapping[str, Any] | Bench", *, speed: Speed = 1.0,
     scheme: Literal["tcp", "rfc2217", "pty"] | None = None, fixed_ports: bool = False, record: str | Path | None = None,
     trace: str | Path | None = None, **options: Any,
 ) -> Twin:  # fmt: skip
     """Connect controllers to ports of this computer for the duration of a `with` block.
 
-    `what`: a model, a scene (a path, or a dict with the contents of a scene file), or a Bench.  `speed`: times real
-    time; "max": as fast as possible; "manual": virtual time passes only on request.  `scheme`: the kind of port;
-    default: that of the scene, or "tcp".  Free ports are used, or with `fixed_ports` the ports of the scene.
+    `what`: a model by name or class, a scene (a path, or a dict with the contents of a scene file), or a Bench.
+    `speed`: times real time; "max": as fast as possible; "manual": virtual time passes only on request.  `scheme`: the
+    kind of port; default: that of the scene, or "tcp".  Free ports are used, or with `fixed_ports` those of the scene.
     `record`, `trace`: files to write.  `options`: options of the model, see `Bench.add`.  Raises UsageError,
     SceneError; LinkError on entering the block.
     """
@@ -249,9 +251,9 @@ def _check_speed(speed: Speed) -> None:
 
 
 def _bench(
-    what: str | Path | Mapping[str, Any] | Bench, options: dict[str, Any]
+    what: "Model | Path | Mapping[str, Any] | Bench", options: dict[str, Any]
 ) -> tuple[Bench, list[tuple[str, str]]]:
-    if isinstance(what, str) and not what.endswith(".toml"):
+    if isinstance(what, type | Product) or (isinstance(what, str) and not what.endswith(".toml")):
         bench = Bench()
         bench.add(what, **options)
         return bench, []
@@ -292,6 +294,8 @@ def _writers(record: str | Path | None, trace: str | Path | None, headers: dict[
 
 
 def _headers(what: object, options: dict[str, Any]) -> dict[str, str] | None:
+    if isinstance(what, type | Product):
+        what = product(what).model
     if not isinstance(what, str) or what.endswith(".toml"):
         return None
     kept = {name: value for name, value in options.items() if name not in ("name", "state", "line", "history")}

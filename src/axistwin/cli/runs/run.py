@@ -17,6 +17,7 @@ from axistwin.bench.programs.running import Outcome, Program
 from axistwin.bench.talk.conversation import MOST_MIB
 from axistwin.cli.common.completing import complete_program, complete_target
 from axistwin.cli.common.parameters import FILE, PROGRAM, TRACE_LIMIT, Number, Size
+from axistwin.cli.common.repeating import program as repeated
 from axistwin.cli.common.target import bench_for
 from axistwin.cli.common.working import RunProgress, working
 from axistwin.controllers.product import Product
@@ -190,7 +191,7 @@ def _tracing(bench: Bench, files: Sequence[Path], signals: str | None, limit: in
 
 def _with_refusals(outcome: Outcome, refused: Sequence[RefusedLine], checked: str) -> Outcome:
     lines = len({(each.file, each.error.line) for each in refused})
-    note = f"{lines} line{'s' * (lines != 1)} refused: axistwin check {checked}"
+    note = f"{lines} line{'s' * (lines != 1)} refused: {repeated()} check {checked}"
     return replace(outcome, note="; ".join(each for each in (outcome.note, note) if each))
 
 

@@ -11,6 +11,7 @@ from axistwin.cli.common.completing import complete_model
 from axistwin.cli.common.parameters import FILE
 from axistwin.core.storage import write_file
 from axistwin.real.hosts.real_time import open_end
+from axistwin.real.probing.cases import dialect
 from axistwin.real.probing.comparing import Motion, Probe, Settings, Verdict
 from axistwin.real.probing.comparing import probe as compare
 from axistwin.real.probing.report import html
@@ -49,6 +50,7 @@ def probe(
     axistwin probe bus://127.0.0.1:1811 --model 1811 --motion small
     """
     made = product(model)
+    dialect(made)  # Raises UsageError before the port is opened.
     fmt = None if made.line is None else line_format(line, made.line)[0]
     if report is not None and report.suffix not in (".html", ".json"):
         raise click.UsageError(f"invalid file name {report.name!r}: expected a name that ends in .html or .json")

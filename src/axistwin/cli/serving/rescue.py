@@ -10,6 +10,7 @@ from axistwin.bench import line_format, product
 from axistwin.cli.common.completing import complete_model
 from axistwin.real.hosts.real_time import open_end
 from axistwin.real.probing.rescue.compumotor import SETUP
+from axistwin.real.probing.rescue.contents import reader
 from axistwin.real.probing.rescue.finding import find
 from axistwin.real.probing.rescue.saving import SCENE, Rescue, check_new
 from axistwin.real.probing.rescue.saving import rescue as save
@@ -41,6 +42,8 @@ def rescue(port: str, model: str | None, line: str | None, out: Path, as_json: b
     axistwin rescue bus://127.0.0.1:1811 --out winder
     """
     check_new(out)
+    if model is not None:
+        reader(model)  # Raises UsageError before the port is opened.
     usual = UartFormat() if model is None else product(model).line
     fmt = None if line is None or usual is None else line_format(line, usual)[0]
     end = open_end(port, None if port.startswith("bus://") and (model is None or usual is None) else fmt or usual)

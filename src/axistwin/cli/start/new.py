@@ -8,6 +8,7 @@ from typing import Any
 import click
 
 from axistwin.bench.models import models
+from axistwin.cli.common.repeating import program
 from axistwin.core.errors import UsageError
 from axistwin.core.numbers import NumberError, whole
 from axistwin.core.storage import write_error
@@ -40,7 +41,7 @@ def new(directory: Path, yes: bool, panel: str | None, **given: str | None) -> A
     scene = directory / "scene.toml"
     if scene.exists():
         raise UsageError(f"{scene} exists already: choose a directory without this file")
-    texts = new_scene.files(_answers(given, asking=not yes))
+    texts = new_scene.files(_answers(given, asking=not yes), program(directory))
     if existing_files := [directory / name for name in texts if (directory / name).exists()]:
         raise UsageError(f"{existing_files[0]} exists already: choose a directory without this file")
     try:
@@ -52,7 +53,7 @@ def new(directory: Path, yes: bool, panel: str | None, **given: str | None) -> A
     for name in texts:
         click.echo(directory / name)
     if panel is None:
-        click.echo(f"axistwin: next: axistwin {'serve' if len(texts) == 1 else 'run'} {scene}", err=True)
+        click.echo(f"axistwin: next: {program()} {'serve' if len(texts) == 1 else 'run'} {scene}", err=True)
         return 0
     from axistwin.cli.serving.serve import serve
 

@@ -50,11 +50,11 @@ def read_port(text: str) -> PortUrl:
     return port
 
 
-def files(answers: Answers) -> dict[str, str]:
+def files(answers: Answers, program: str = "axistwin") -> dict[str, str]:
     """Return the contents of the new scene file and of its program files, by file name."""
     names = _names(answers.models)
     programs = {} if answers.host == OUTSIDE else dict(_programs(answers, names))
-    return {"scene.toml": "\n".join(_scene(answers, names, list(programs))) + "\n", **programs}
+    return {"scene.toml": "\n".join(_scene(answers, names, list(programs), program)) + "\n", **programs}
 
 
 def _names(models: Sequence[str]) -> list[str]:
@@ -66,14 +66,14 @@ def _names(models: Sequence[str]) -> list[str]:
     return names
 
 
-def _scene(answers: Answers, names: Sequence[str], programs: Sequence[str]) -> Iterator[str]:
+def _scene(answers: Answers, names: Sequence[str], programs: Sequence[str], program: str) -> Iterator[str]:
     yield "# A new scene.  All keys are described by `axistwin docs scenes`.\n#"
     if answers.host != OUTSIDE:
-        yield "#     axistwin run scene.toml                   the programs below, at full speed"
+        yield f"#     {program} run scene.toml                   the programs below, at full speed"
     if answers.host != INSIDE:
-        yield "#     axistwin serve scene.toml                 the ports below, for your own host program"
-    yield "#     axistwin serve scene.toml --panel 8080    the bench in a browser, http://127.0.0.1:8080/"
-    yield '#     axistwin check scene.toml                 errors in this file\n\ntitle = "A new scene"'
+        yield f"#     {program} serve scene.toml                 the ports below, for your own host program"
+    yield f"#     {program} serve scene.toml --panel 8080    the bench in a browser, http://127.0.0.1:8080/"
+    yield f'#     {program} check scene.toml                 errors in this file\n\ntitle = "A new scene"'
     ports = _ports(answers)
     for index, (model, name) in enumerate(zip(answers.models, names, strict=True)):
         yield from ("", "[[controller]]", f'model = "{model}"', f'name = "{name}"')

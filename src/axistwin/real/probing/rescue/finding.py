@@ -13,7 +13,6 @@ from axistwin.core.errors import LinkError
 from axistwin.real.hosts.end import End
 from axistwin.real.hosts.exchange import Exchange
 from axistwin.real.probing.rescue import digiplan, smartmotor
-from axistwin.real.probing.rescue.contents import reader
 from axistwin.sim.frames import Parity, UartFormat
 
 RATES = {"smartmotor": (9600, 19200, 38400, 4800, 2400), "if1": (9600, 4800, 2400, 1200, 600, 300, 110)}
@@ -45,8 +44,6 @@ def find(
     `model`, `line`: given by the user; then only these are tried.  `report` is called with each line format.  Raises
     LinkError if no controller answers.
     """
-    if model is not None:
-        reader(model)  # Raises UsageError.
     if end.messages:
         return Found(model or BOARD)
     kinds = tuple(RATES) if model is None else (_kind(model),)
