@@ -35,9 +35,13 @@ def device(controller: Controller) -> Any:
 
 def example(name: str, kind: str) -> Any:
     """Return a class from `examples/devices`."""
-    module = f"example_{name}"
+    return device_in(Path(__file__).parents[2] / "examples" / "devices" / f"{name}.py", kind)
+
+
+def device_in(file: Path, kind: str) -> Any:
+    """Return a class from a file."""
+    module = f"device_in_{file.stem}"
     if module not in sys.modules:
-        file = Path(__file__).parents[2] / "examples" / "devices" / f"{name}.py"
         made = sys.modules[module] = ModuleType(module)
         made.__file__ = str(file)
         exec(compile(file.read_text(encoding="utf-8"), file, "exec"), vars(made))  # and leave no files there
