@@ -1,6 +1,7 @@
 """Devices of Python files: loaded by `--device`, by `axistwin.devices.load`, and in the processes that are started."""
 
 import asyncio
+import json
 import zipfile
 
 import pytest
@@ -153,7 +154,16 @@ def test_device_behind_the_command_is_told(stage):
     )  # fmt: skip
 
 
+def test_what_a_file_prints_is_no_result(stage):
+    stage.write_text(f"print('hello')\n{STAGE}")
+    done = run("--device", stage, "commands", "stage", "--json")
+    assert done.err == "hello\n" and json.loads(done.out)["model"] == "stage"
+
+
 def test_command_lines_in_messages_have_the_devices(stage, tmp_path):
+    (tmp_path / "wrong.talk").write_text("; model: stage\n> 1PA\\r\n+ 1\n")
+    done = run("--device", stage, "run", "stage", tmp_path / "wrong.talk")
+    assert f"1 line refused: axistwin --device {stage} check stage {tmp_path}/wrong.talk\n" in done.err
     made = run("--device", stage, "new", tmp_path / "a" / "cell", "--models", "stage", "--yes")
     assert made.err == f"axistwin: next: axistwin --device {stage} run {tmp_path}/a/cell/scene.toml\n"
     assert "axistwin --device ../../stage.py run scene.toml" in (tmp_path / "a" / "cell" / "scene.toml").read_text()

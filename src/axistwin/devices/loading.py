@@ -6,6 +6,7 @@ import re
 import sys
 import traceback
 from collections.abc import Iterator, Mapping
+from contextlib import redirect_stdout
 from importlib.util import decode_source
 from pathlib import Path
 from types import ModuleType
@@ -73,7 +74,8 @@ def _execute(shown: str, full: str, text: str, module: ModuleType) -> None:
         sys.path.append(folder)
     sys.modules[module.__name__] = module
     try:
-        exec(compile(text, full, "exec", dont_inherit=True), vars(module))  # noqa: S102  # what the user has asked for
+        with redirect_stdout(sys.stderr):  # The output of a command, or of the language server, is not the file's.
+            exec(compile(text, full, "exec", dont_inherit=True), vars(module))  # noqa: S102  # the user asks for it
     except SyntaxError as error:
         file = shown if error.filename in (None, full) else str(error.filename)  # a module that the file imports
         raise DeviceError(f"{error.msg}: correct this line", file=file, line=error.lineno or 0) from None

@@ -55,7 +55,7 @@ def _in_files(files: Iterable[str]) -> Iterator[str]:
     for file in files:
         import ast
 
-        with suppress(OSError, ValueError, SyntaxError):
+        with suppress(OSError, ValueError, SyntaxError, RecursionError):
             for kind in ast.parse(Path(file).read_bytes()).body:
                 for line in kind.body if isinstance(kind, ast.ClassDef) else ():
                     if isinstance(line, ast.Assign):
