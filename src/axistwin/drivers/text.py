@@ -17,7 +17,8 @@ from axistwin.drivers.errors import DriverError, RefusedError, WrongAnswerError
 from axistwin.drivers.steps import Procedure, Write
 
 Said = str | Callable[..., bytes]
-TIMEOUT_S = 0.5
+TIMEOUT_S = 0.5  # Beside the time that the characters take.
+MOST_BITS = 64 * 11
 _NUMBER = re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?")
 _TEXTS = ("move", "position", "busy", "stop", "abort", "run", "home", "define", "velocity")
 
@@ -111,9 +112,9 @@ class TextCore(Core):
     """A controller whose requests are templates."""
 
     def __init__(self, driver: TextDriver, timeout: float) -> None:
-        super().__init__(timeout)
-        self.driver = driver
         baud, _, frame = driver.line.partition(" ")
+        super().__init__(timeout + MOST_BITS / int(baud))
+        self.driver = driver
         self.line = Line(int(baud), int(frame[-1:] or 1))
         self._axes = [TextAxis(self, name, spec) for name, spec in (driver.axes or {"1": None}).items()]
         self.axes = {axis.name: axis for axis in self._axes}
