@@ -5,6 +5,7 @@ import pytest
 from axistwin.core.errors import UsageError
 from axistwin.devices import Datagrams, Device, Lines, Option, add8, command, query, xor8
 from axistwin.devices.framing import Port
+from axistwin.devices.making import product_of
 from axistwin.sim.frames import SOUND, LineError
 
 from .made import ask, on_a_bench
@@ -176,6 +177,13 @@ class Module(Device):
     @query("code=2 {size:int 0..1}")
     def read(self, code):
         return {"code": code, "value": self.value}
+
+
+def test_requests_are_written_from_values():
+    store, read = product_of(Module).commands
+    assert Module.framing.phrase(store, {"size": 0, "code": "a"}, b"\x07") == bytes([7, 1, 0, 8])
+    assert [parameter.example("X") for parameter in read.parameters] == [0]
+    assert Lines(b"\n", at_once=b"!").phrase(next(iter(product_of(Addressed).commands)), {}, b"07") == b"07ID\n"
 
 
 def test_an_addressed_device_on_a_bench():

@@ -156,6 +156,7 @@ def add8(data: bytes) -> bytes:
 
 
 def xor8(data: bytes) -> bytes:
+    """Return the exclusive or of all bytes."""
     found = 0
     for byte in data:
         found ^= byte
@@ -233,7 +234,8 @@ class Datagrams(Framing):
 
     def phrase(self, entry: Entry, values: Mapping[str, Any], address: bytes) -> bytes:
         head, names = self._head
-        fields = {**dict.fromkeys(names, 0), **values, **entry.pattern.fixed}
+        given = {name: value for name, value in values.items() if not isinstance(value, str)}  # A field is a number.
+        fields = {**dict.fromkeys(names, 0), **given, **entry.pattern.fixed}
         data = address + head.pack(*(fields[name] for name in names))[len(address) :]
         return data + self.check(data)
 

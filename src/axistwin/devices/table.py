@@ -32,7 +32,7 @@ class Why(Enum):
 
     UNKNOWN = "unknown command"
     RANGE = "value out of range"
-    FORMAT = "wrong format"  # A check sum, a character error, a line that is too long.
+    FORMAT = "wrong format"  #: A check sum, a character error, a line that is too long.
     STATE = "not possible now"
     BUG = "error in the device"
 
@@ -70,11 +70,11 @@ class Parameter(Field):
             raise Refused(f"{self.name} {value}: expected {self}", why=Why.RANGE)
         return value
 
-    def example(self, axis: str) -> str:
+    def example(self, axis: str) -> Any:
         if self.kind == "axis":
             return axis
         if self.kind in CONVERT:
-            return str(self.low if self.low is not None else min(0, self.high or 0))
+            return self.low if self.low is not None else min(0, self.high or 0)
         return self.kind.partition("|")[0] if "|" in self.kind else "a"
 
 
