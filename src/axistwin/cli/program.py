@@ -40,7 +40,7 @@ GROUPS = {
     "Begin": (
         Command("learn", "serving", "Six short lessons for a model, in the terminal."),
         Command("examples", "start", "List the examples, or copy one."),
-        Command("new", "start", "Write a new scene from five answers."),
+        Command("new", "start", "Write a new scene, or a device of your own, from a few answers."),
         Command("docs", "start", "Open the pages of the documentation."),
         Command("completion", "start", "Completion of commands, models and files, for shells."),
     ),
