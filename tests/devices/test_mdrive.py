@@ -152,6 +152,7 @@ def test_it_keeps_what_every_device_must(check):
 
 @pytest.fixture
 def twin():
+    pytest.importorskip("termios", reason="no pseudo-terminals on Windows")
     bench = axistwin.Bench()
     bench.add(product_of(MDrive), "motors", Y={"home": (-3000, -2000)})
     with axistwin.serve(bench, speed="manual", scheme="pty") as twin:
