@@ -30,6 +30,11 @@ def test_the_words(line, answer):
     assert ask(bench, controller, line + b"\r") == answer + b"\r"
 
 
+def test_the_table_has_the_words():
+    (entry,) = product_of(Valves).commands
+    assert entry.syntax == "<IN|INNER|+> <on|off>"
+
+
 def test_case_counts_where_it_counts():
     class Strict(Valves):
         model, framing = "strict", Lines()

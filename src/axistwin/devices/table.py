@@ -143,7 +143,8 @@ class Pattern(NamedTuple):
         return full, short
 
     def __str__(self) -> str:
-        return "".join(part if isinstance(part, str) else f"<{part.name}>" for part in self.parts)
+        shown = (part.kind if "|" in part.kind else part.name for part in self.parameters)
+        return "".join(part if isinstance(part, str) else f"<{next(shown)}>" for part in self.parts)
 
 
 def _parameter(found: re.Match[str], place: str, *, optional: bool) -> Parameter:
