@@ -13,11 +13,10 @@ from axistwin.devices import Device, Input, Lines, Option, Positioner, Refused, 
 PROGRAM = "LB SU; VA CT = 0; VA C0 = 51200; E; LB F1; SL 0; H; E; LB F2; HM 1; MR C0; H; P = 0; E"
 FACTORY = {
     "A": 1_000_000, "D": 1_000_000, "VI": 1000, "VM": 768_000, "RC": 25, "HC": 5, "HT": 500, "MT": 0, "MS": 256,
-    "LM": 1, "EM": 0, "PY": 1, "ER": 0, "R1": 0, "R2": 0, "R3": 0, "R4": 0,
+    "LM": 1, "EM": 0, "ER": 0, "R1": 0, "R2": 0, "R3": 0, "R4": 0,
 }  # fmt: skip
-RAMPS, SPEEDS, SHARES = range(91, 10**9), range(1, 5_000_001), range(101)
-RANGES = {"A": RAMPS, "D": RAMPS, "VI": SPEEDS, "VM": SPEEDS, "RC": SHARES, "HC": SHARES, "EM": range(4), "PY": (1,)}
-FIXED = {"S1": "1, 1, 0", "S2": "2, 1, 0", "S3": "3, 1, 0", "S4": "0, 1, 0", "PN": "EXAMPLE", "SN": "001", "VR": "1.0"}
+RANGES = dict.fromkeys("AD", range(91, 10**9)) | dict.fromkeys(("VI", "VM"), range(1, 5_000_001)) | {"EM": range(4)}
+FIXED = {"S1": "1, 1, 0", "S2": "2, 1, 0", "S3": "3, 1, 0", "S4": "0, 1, 0", "PN": "MDI", "SN": "1", "VR": "1", "PY": 1}
 READ_ONLY = ("P", "V", "MV", "VC", "EF", "UV", *FIXED)
 SIGNS = {"+": operator.add, "-": operator.sub, "&": operator.and_, "=": operator.eq, "<": operator.lt, ">": operator.gt}
 VALUE = re.compile(r"\s*(-?\w{1,12})\s*(?:([-+&=<>])\s*(-?\w{1,12}))?\s*", re.ASCII)
@@ -46,14 +45,15 @@ class MDrive(Device):
     def refused(self, reason: Refused, data: bytes) -> bytes | None:
         axis = data.strip()[:1].decode("latin-1").upper()
         self.values.get(axis, {})["ER"] = reason.code or {Why.UNKNOWN: 20, Why.RANGE: 21}.get(reason.why, 24)
-        return self.echoed(axis, data, None, prompt=b"?")
+        return self.echoed(axis, data, None, prompt="?")
 
-    def echoed(self, axis: str, data: bytes, text: str | None, prompt: bytes = b"") -> bytes | None:
+    def echoed(self, axis: str, data: bytes, text: str | None, prompt: str = "") -> bytes | None:
         """Return an answer as the echo mode EM wants it; a line for other motors has none."""
         mode = self.values[axis]["EM"] if axis in self.axes else 2
+        line = f"{text or prompt}\r\n".encode() if text or (prompt and mode) or mode in (1, 2) else b""
         if mode in (1, 2):
-            return None if mode == 2 and text is None else (text or "").encode() + prompt + b"\r\n"
-        return data + b"\r\n" + (text.encode() + b"\r\n" if text else b"") + (prompt or b">")
+            return None if mode == 2 and text is None else line
+        return data + b"\r\n" + line + (b"" if mode else (prompt or ">").encode())
 
     def limit_reached(self, axis: str, side: int) -> None:
         self.values[axis]["ER"] = 83 if side > 0 else 84

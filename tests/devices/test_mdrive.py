@@ -64,10 +64,10 @@ def test_what_is_read_in_motion(made):
 
 @pytest.mark.parametrize(("text", "code"), [
     (b"XFOO", 20), (b"X\xff", 20), (b"XMA", 20), (b"XQ9=3", 20),
-    (b"XEM=4", 21), (b"XA=90", 21), (b"XVM=5000001", 21), (b"XPY=0", 21),
+    (b"XEM=4", 21), (b"XA=90", 21), (b"XVM=5000001", 21),
     (b"XVI=20000", 22), (b"XVM=10000", 23), (b"XMA 1 + ?", 24), (b"XMA 1.5", 24), (b"XR1=", 24),
-    (b"XV=3", 25), (b"XS1=3", 25), (b"XVA P=3", 29), (b"XVA F1=3", 29), (b"XVA LONG=1", 29),
-    (b"XMA Q9", 30), (b"XPR Q9", 30), (b"XEX Q9", 30),
+    (b"XV=3", 25), (b"XS1=3", 25), (b"XPY=0", 25), (b"XPY 0", 25),
+    (b"XVA P=3", 29), (b"XVA F1=3", 29), (b"XVA LONG=1", 29), (b"XMA Q9", 30), (b"XPR Q9", 30), (b"XEX Q9", 30),
 ])  # fmt: skip
 def test_errors(made, text, code):
     assert ask(*made, text + b"\n") == b"?\r\n"
@@ -80,6 +80,7 @@ def test_echo_modes(made):
     bench, controller = made
     assert ask(bench, controller, b"YR1=5\nYPR R1\nYFOO\nY\n") == b"YR1=5\r\n>YPR R1\r\n5\r\n>YFOO\r\n?Y\r\n>"
     assert ask(bench, controller, b"XR1=5\nXPR R1\nXFOO\nX\n") == b"\r\n5\r\n?\r\n\r\n"
+    assert ask(bench, controller, b"ZEM 3\nZPR R1\nZFOO\nZ\n") == b"ZEM 3\r\nZPR R1\r\n0\r\nZFOO\r\n?\r\nZ\r\n"
     assert ask(bench, controller, b"ZEM 2\nZR1=5\nZPR R1\nZFOO\nZ\n") == b"5\r\n"
     assert ask(bench, controller, b"W\nWPR P\nPR P\n\x00\n") == b"", "for other motors"
 
