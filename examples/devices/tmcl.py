@@ -16,8 +16,8 @@ SPEEDS, RAMPS, CURRENTS = range(FASTEST + 1), range(7_629_279), range(256)
 # Axis parameters that can be stored: their values, and their factory settings.
 SETTINGS = {
     4: (SPEEDS, 51_200), 5: (RAMPS[1:], 51_200), 6: (CURRENTS, 128), 7: (CURRENTS, 8), 12: ((0,), 0), 13: ((0,), 0),
-    17: (RAMPS, 0), 140: (range(9), 8), 193: ((1, 7, 8), 1), 194: (SPEEDS, 25_600), 195: (SPEEDS, 2_560),
-    200: (CURRENTS, 0), 204: (range(65_536), 0), 214: (range(1, 65_536), 200),
+    15: (SPEEDS, 0), 17: (RAMPS, 0), 140: (range(9), 8), 193: ((1, 7, 8), 1), 194: (SPEEDS, 25_600),
+    195: (SPEEDS, 2_560), 200: (CURRENTS, 0), 204: (range(65_536), 0), 214: (range(1, 65_536), 200),
 }  # fmt: skip
 READ = {
     0: lambda it: it.target, 1: lambda it: it.position, 3: lambda it: round(it.speed), 9: lambda it: it.at_home,
@@ -26,8 +26,6 @@ READ = {
 
 
 class Tmcl(Device):
-    """A module whose motors are 0, 1 and 2; their positions are 0 at power-on."""
-
     model, title = "tmcl", "Three-axis TMCL module"
     framing = Datagrams(
         ">BBBBi address code number motor value", ">BBBBi host address status code value", add8, address="{address:c}"
@@ -58,15 +56,15 @@ class Tmcl(Device):
         axis, self.speeds[motor] = self.axes[str(motor)], speed
         if motor in self.searches:
             self.end(self.searches.pop(motor))
-        axis.velocity, axis.acceleration, axis.deceleration = (self.settings[f"{n}.{motor}"] for n in (4, 5, 17))
+        axis.velocity, axis.acceleration = self.settings[f"4.{motor}"], self.settings[f"5.{motor}"]
+        axis.start_velocity, axis.deceleration = self.settings[f"15.{motor}"], self.settings[f"17.{motor}"]
         return axis
 
     @command(f"code=5 number=2 {MOTOR} {VELOCITY}", section="SAP 2")
     @command(f"code=2 {MOTOR} {VELOCITY}", section="ROL")
     @command(f"code=1 {MOTOR} {VELOCITY}", section="ROR")
     def rotate(self, code: int, motor: int, value: int) -> None:
-        speed = -value if code == 2 else value
-        self.ready(motor, speed).run(speed)
+        self.ready(motor, speed := -value if code == 2 else value).run(speed)
 
     @command(f"code=13 number=1 {MOTOR}", section="RFS STOP")
     @command(f"code=3 {MOTOR}", section="MST")
@@ -78,9 +76,8 @@ class Tmcl(Device):
     @command(f"code=4 number=1 {MOTOR}", section="MVP REL")
     @command(f"code=4 number=0 {MOTOR}", section="MVP ABS")
     def move(self, number: int, motor: int, value: int) -> None:
-        axis = self.ready(motor)
-        to = axis.move_by if number == 1 else axis.move_to
-        to(self.get_coordinate(value, motor) if number == 2 else value)
+        axis, target = self.ready(motor), self.get_coordinate(value, motor) if number == 2 else value
+        (axis.move_by if number == 1 else axis.move_to)(target)
 
     @command(f"code=30 {PLACE} {MOTOR}", section="SCO")
     def set_coordinate(self, number: int, motor: int, value: int) -> None:
@@ -115,14 +112,16 @@ class Tmcl(Device):
             raise Refused(f"number {number}: expected one of {', '.join(map(str, SETTINGS))}")
         return f"{number}.{motor}"
 
-    @command(f"code=5 {NUMBER} {MOTOR}", section="SAP")
+    @command(f"code=5 number=1 {MOTOR}", section="SAP 1")
+    def define_position(self, motor: int, value: int) -> None:
+        self.axes[str(motor)].define(value)
+
+    @command(f"code=5 {{number:int 3..255}} {MOTOR}", section="SAP")
     def set_axis_parameter(self, number: int, motor: int, value: int) -> None:
-        if number == 1:
-            self.axes[str(motor)].define(value)
-        elif (key := self.key(number, motor)) and value in SETTINGS[number][0]:
-            self.settings[key] = value
-        else:
+        key = self.key(number, motor)
+        if value not in SETTINGS[number][0]:
             raise Refused(f"value {value}: expected one of {SETTINGS[number][0]}", why=Why.RANGE)
+        self.settings[key] = value
 
     @query(f"code=6 {NUMBER} {MOTOR}", section="GAP")
     def get_axis_parameter(self, number: int, motor: int) -> int:
@@ -133,8 +132,9 @@ class Tmcl(Device):
     @command(f"code=8 {NUMBER} {MOTOR}", section="RSAP")
     @command(f"code=7 {NUMBER} {MOTOR}", section="STAP")
     def keep(self, code: int, number: int, motor: int) -> None:
+        key = self.key(number, motor)
         come, go = (self.settings, self.memory) if code == 7 else (self.memory, self.settings)
-        go[self.key(number, motor)] = come[f"{number}.{motor}"]
+        go[key] = come[key]
         self.save()
 
     @command(f"code=9 {VARIABLE} motor=2", section="SGP")

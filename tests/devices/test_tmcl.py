@@ -8,6 +8,7 @@ import pytest
 import axistwin
 from axistwin.core.units import S
 from axistwin.devices.making import product_of
+from axistwin.testing import device_checks
 
 from .made import client, example
 
@@ -32,6 +33,11 @@ def host(bench):
     connect, kind = client("pytrinamic.connections").SocketTmclInterface, client("pytrinamic.modules").TMCM3351
     with axistwin.serve(bench, speed="manual") as twin, connect(twin.ports["module"].address) as connection:
         yield twin.call, connection, kind(connection).motors
+
+
+@pytest.mark.parametrize("check", device_checks(Tmcl))
+def test_it_keeps_what_every_device_must(check):
+    check()
 
 
 def settle(motor):
