@@ -3,14 +3,15 @@
 from bisect import bisect_right
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from axistwin.core.lazy import NDArray, np
 from axistwin.records.traces.reading import Trace, Track
 from axistwin.records.traces.signals import EVERYTHING, STEP, TEXT, Signal, choose
 
 if TYPE_CHECKING:
-    Places = NDArray[np.int64]
+    Times = NDArray[np.int64]
+    Columns = tuple[Times, NDArray[Any]]
 
 Value = int | float | str
 
@@ -103,28 +104,39 @@ def _first_unmatched(this: Track, that: Track, until_ns: int, tolerance: Toleran
     """
     most_ns, begin_ns = tolerance.time_ns, max(this.times[0], that.times[0])
     times, others = np.array(this.times, np.int64), np.array(that.times, np.int64)
-    moments = np.unique(np.concatenate((times, others + most_ns, others - most_ns, [begin_ns])))
-    moments = moments[(moments >= begin_ns) & (moments <= until_ns - most_ns)]
-    if not len(moments):
+    at = moments(np.append(times, begin_ns), others, most_ns)
+    at = at[(at >= begin_ns) & (at <= until_ns - most_ns)]
+    if not len(at):
         return None
-    here = np.searchsorted(times, moments, "right") - 1
-    first = np.maximum(np.searchsorted(others, moments - most_ns, "right") - 1, 0)
-    last = np.searchsorted(others, moments + most_ns, "right")
-    unmatched = np.flatnonzero(_unmatched(this, that, here, first, last, tolerance.value))
-    return int(moments[unmatched[0]]) if len(unmatched) else None
-
-
-def _unmatched(
-    this: Track, that: Track, here: "Places", first: "Places", last: "Places", most: float
-) -> "NDArray[np.bool_]":
-    """Return True for each value of `this` (index `here`) that is not among values `first` to `last` of `that`."""
     if TEXT in (this.kind, that.kind):
+        here, first, last = _places(at, times, others, most_ns)
         places = zip(here.tolist(), first.tolist(), last.tolist(), strict=True)
-        return np.array([str(this.values[n]) not in map(str, that.values[a:b]) for n, a, b in places], bool)
-    values, others = this.columns()[1][here], that.columns()[1]
+        differs = np.array([str(this.values[n]) not in map(str, that.values[a:b]) for n, a, b in places], bool)
+    else:
+        differs = apart(at, this.columns(), that.columns(), most_ns) > tolerance.value
+    unmatched = np.flatnonzero(differs)
+    return int(at[unmatched[0]]) if len(unmatched) else None
+
+
+def moments(times: "Times", others: "Times", most_ns: int) -> "Times":
+    """Return the times at which the distance of two signals within a time can change."""
+    found: Times = np.unique(np.concatenate((times, others + most_ns, others - most_ns)))
+    return found
+
+
+def apart(at: "Times", this: "Columns", that: "Columns", most_ns: int) -> "NDArray[Any]":
+    """Return how far the value of `this` at each time is from the range of `that`, from `most_ns` before to after."""
+    here, first, last = _places(at, this[0], that[0], most_ns)
+    values, others = this[1][here], that[1]
     spans = np.column_stack((first, last)).ravel()
     # Extend `others` by one value, because the largest index in `spans` may be `len(others)`.
     ended = np.append(others, others[-1])
     least, greatest = np.minimum.reduceat(ended, spans)[::2], np.maximum.reduceat(ended, spans)[::2]
-    found: NDArray[np.bool_] = (values < least - most) | (values > greatest + most)
+    found: NDArray[Any] = np.maximum(np.maximum(least - values, values - greatest), 0)
     return found
+
+
+def _places(at: "Times", times: "Times", others: "Times", most_ns: int) -> "tuple[Times, Times, Times]":
+    here = np.maximum(np.searchsorted(times, at, "right") - 1, 0)
+    first = np.maximum(np.searchsorted(others, at - most_ns, "right") - 1, 0)
+    return here, first, np.maximum(np.searchsorted(others, at + most_ns, "right"), first + 1)
