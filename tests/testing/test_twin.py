@@ -14,6 +14,8 @@ from axistwin import play
 from axistwin.bench.talk.conversation import load
 from axistwin.core.errors import LinkError, UsageError
 from axistwin.core.units import S
+from axistwin.links import host_thread
+from axistwin.links.manual_pacer import ManualPacer
 
 from ..told import raises
 
@@ -337,6 +339,32 @@ def test_a_sleep_of_a_host_takes_virtual_time(twin, host):
     assert twin.call(drive) == [b"U\r", 4, b"E\r", b"C\r"]
     assert 7.9e9 < twin.clock.now < 8e9  # 1.5 + 1.2 + 0.2 + 5 s, and the characters
     assert time.sleep is SLEEP
+
+
+def test_a_sleep_begins_when_time_stands_still(twin, host, monkeypatch):
+    """A host that sleeps as soon as it has U is not earlier than one that is slow.
+
+    U has come after 1.502083334 s, CR 11 bits later at 9600 baud, and time stops 3 ms after the last character.
+    """
+    deliver, has_read = ManualPacer._deliver, threading.Event()
+
+    def deliver_to_a_fast_host(pacer):
+        delivered = deliver(pacer)
+        if delivered and has_read.wait(HOST_TIMEOUT_S):
+            while not all(each.blocked() for each in host_thread._hosts.values()):
+                pass
+        return delivered
+
+    def drive():
+        time.sleep(1.5)
+        host.write(b"(")
+        assert host.read(1) == b"U"
+        has_read.set()
+        time.sleep(1)
+
+    monkeypatch.setattr(ManualPacer, "_deliver", deliver_to_a_fast_host)
+    twin.call(drive)
+    assert twin.clock.now == 1_502_083_334 + 1_145_833 + 3_000_000 + S
 
 
 def test_two_hosts_sleep_side_by_side(twin):

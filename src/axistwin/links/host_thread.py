@@ -26,7 +26,7 @@ class HostThread:
 
     def __init__(self, function: Callable[..., Any], arguments: tuple[Any, ...], keywords: dict[str, Any]) -> None:
         self._call = partial(function, *arguments, **keywords)
-        self._now: Callable[[], int] | None = None
+        self._virtual, self._sleeps = False, False
         self.wakes_ns: int | None = None  # Virtual time at which its present `time.sleep` ends, if it sleeps.
         self.slept_ns = 0  # Length of the latest sleep.
         self._due, self._awake = threading.Event(), threading.Event()
@@ -34,25 +34,32 @@ class HostThread:
         self._error: BaseException | None = None
         self._thread = threading.Thread(target=self._run, name="host", daemon=True)
 
-    def sleep_by(self, now: Callable[[], int]) -> None:
-        """Let `time.sleep` of the host program take virtual time; `now` returns it in nanoseconds."""
-        self._now = now
+    def sleep_virtually(self) -> None:
+        """Let `time.sleep` of the host program take virtual time."""
+        self._virtual = True
 
     def sleep(self, seconds: float) -> None:
         """Block the host's thread for a number of seconds of virtual time.  Called by the host's own thread."""
-        assert self._now is not None, "`sleep_by` has been called"
         if seconds < 0:
             raise ValueError("sleep length must be non-negative")
         self.slept_ns = to_ns(seconds)
         self._due.clear()
         self._awake.clear()
-        self.wakes_ns = self._now() + self.slept_ns
+        self._sleeps = True
         self._due.wait()
         self._awake.set()
 
+    def sleep_from(self, now_ns: int) -> None:
+        """Begin a new sleep at a virtual time.
+
+        The host does not do this, because it may already run while the rest of an answer is on its way.
+        """
+        if self._sleeps and self.wakes_ns is None:
+            self.wakes_ns = now_ns + self.slept_ns
+
     def wake(self) -> None:
         """End the host's `time.sleep`, in virtual time; return when its thread has resumed."""
-        self.wakes_ns = None
+        self.wakes_ns, self._sleeps = None, False
         self._due.set()
         self._awake.wait()
 
@@ -85,7 +92,7 @@ class HostThread:
         self._thread.join(seconds)
 
     def blocked(self) -> bool:
-        if self.done or self.wakes_ns is not None:
+        if self.done or self._sleeps:
             return True
         if self._thread.native_id is None:  # The host's thread has not started yet.
             return False
@@ -104,7 +111,7 @@ class HostThread:
 
     def _run(self) -> None:
         try:
-            with _sleeping(self) if self._now is not None else nullcontext():
+            with _sleeping(self) if self._virtual else nullcontext():
                 self._outcome = self._call()
         except BaseException as error:  # noqa: BLE001  # `outcome` raises the error again
             self._error = error

@@ -111,7 +111,7 @@ class ManualClock(ServedClock):
 
     def add(self, host: HostThread) -> None:
         """Register a host: time passes only while it waits for an answer, or sleeps (in virtual time)."""
-        host.sleep_by(lambda: self.now)
+        host.sleep_virtually()
         self._hosts.append(host)
 
     def advance(self, seconds: float) -> None:
@@ -199,6 +199,8 @@ class ManualClock(ServedClock):
             if not self._hosts:
                 break
             pause()
+        for host in self._hosts:
+            host.sleep_from(self.now)
 
     def _wait_for_silent_host(self, host: HostThread, timeout: float) -> None:
         if host.sleeps_by_the_wall_clock():
