@@ -65,8 +65,10 @@ def lay_out(text, directory):
         place.write_text(body, encoding="utf-8")
 
 
-@pytest.mark.parametrize("name", ["pyserial", "pyvisa"])
+@pytest.mark.parametrize("name", ["pyserial", "pyvisa", "replace"])
 def test_a_tutorial_prints_what_it_shows(name, tmp_path):
+    if name == "replace":
+        pytest.importorskip("pytrinamic", reason="pytrinamic is not installed")
     text, ran = page(name), 0
     for block in sorted((*FILE.finditer(text), *CONSOLE.finditer(text)), key=re.Match.start):
         lay_out(block[0], tmp_path)  # in the order in which a reader creates them
