@@ -8,7 +8,7 @@ from axistwin.ui.drawings.slide import Slide
 
 def figures(**options):
     slide = Slide(Bench().add("if1", X=options), "X", lambda pin, level: None)
-    return re.findall(r'class="figures" x="([0-9.]+)" y="80">([^<]*)<', slide.drawing.art)
+    return re.findall(r'class="figures" x="([0-9.]+)" y="88">([^<]*)<', slide.drawing.art)
 
 
 def test_the_ruler_counts_in_the_unit_of_the_machine():

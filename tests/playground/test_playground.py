@@ -61,8 +61,8 @@ def test_every_model_is_shown(playground, model):
 
 def test_a_switch_on_a_drawing_is_pressed_and_released(playground):
     playground.open_model("if1")
-    assert ["switch-input1-word", "text", "free"] in map(list, playground.state()["drawings"]["switches if1"])
-    for level, word in ((True, "pressed"), (False, "free")):
+    assert ["switch-input1-word", "text", "off"] in map(list, playground.state()["drawings"]["switches if1"])
+    for level, word in ((True, "pressed"), (False, "off")):
         playground.click("switches if1", "input1")
         state = playground.state()
         assert state["controllers"]["if1"]["pins"]["input1"] is level

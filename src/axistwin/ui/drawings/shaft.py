@@ -77,14 +77,15 @@ class Shaft:
     def _art(self, controller: Controller, axis: Axis) -> str:
         rows = motion_rows(axis)
         if self._said:
-            rows += [readout("turns", "turns"), readout("rpm", "speed", "rpm")]
+            rows += [readout("turns", "Turns"), readout("rpm", "Speed", "rpm")]
         rows += error_rows(axis)
-        note = "" if self._said else f'<text class="figures" x="75" y="152">drawn: {ASSUMED} a turn</text>'
+        note = "" if self._said else f'<text class="figures" x="75" y="158">{ASSUMED} {axis.unit} a turn assumed</text>'
+        box = "0 0 150 162" if controller.product.brake_pin is None else "0 0 172 162"
         return (
-            f'<div class="drawn"><svg viewBox="0 0 170 150" role="img" aria-label="{escape(self.name)}: a shaft">'
+            f'<div class="drawn"><svg viewBox="{box}" role="img" aria-label="{escape(self.name)}: a shaft">'
             f'<g data-part="machine">{_DIAL}'
             f'<g transform="translate(75 75)"><g class="moves disc" data-part="disc">{_DISC}</g>'
-            f'<g class="moves wanted" data-part="ghost"><path d="M0 -56l-5 -10h10z"/></g></g>'
+            f'<g class="moves wanted" data-part="ghost"><path d="M0 -56l-5 -9h10z"/></g></g>'
             f"{_brake(controller)}</g>{note}</svg>{_WHEEL if isinstance(axis, ServoAxis) else ''}</div>"
             f"{readouts(*rows)}{STATES}"
         )
@@ -95,7 +96,7 @@ def _brake(controller: Controller) -> str:
         return ""
     fitted = "brake" if controller.given.get("brake") else "brake signal"
     caliper = '<g class="moves" data-part="caliper"><path d="M123 60h24v30h-24v-8h9v-14h-9z"/></g>'
-    word = '<text class="word end" x="169" y="147" data-part="brake-word"></text>'
+    word = '<text class="word end" x="170" y="158" data-part="brake-word"></text>'
     return f'<g class="{fitted}" data-part="brake">{caliper}{word}</g>'
 
 

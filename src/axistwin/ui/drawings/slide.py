@@ -7,7 +7,7 @@ from axistwin.bench import Controller
 from axistwin.plant.axes import Axis
 from axistwin.plant.servo_axis import ServoAxis
 from axistwin.ui.drawings.drawing import Drawing
-from axistwin.ui.drawings.figure import SELDOM, STATES, error_rows, motion_rows, readout, readouts, show_motion
+from axistwin.ui.drawings.figure import SELDOM, STATES, error_rows, motion_rows, readout, readouts, show_motion, target
 from axistwin.ui.drawings.scale import grouped, ticks
 from axistwin.ui.drawings.switches import Press, action, on_slides, show_switch
 
@@ -43,6 +43,10 @@ class Slide:
         drawing.place("carriage", self._at(position), smooth=smooth)
         drawing.place("ghost", self._at(wanted), smooth=smooth)
         drawing.flag("ghost", "there", wanted != position)
+        there = target(axis)
+        drawing.flag("aim", "there", there is not None)
+        if there is not None:
+            drawing.place("aim", self._at(there), smooth=False)
         self._controller = controller
         for part, beyond in (("minus", position < first), ("plus", position > last)):
             drawing.flag(part, "lit", beyond)
@@ -52,7 +56,7 @@ class Slide:
             self._show_servo(controller, axis)
         elif axis.home is not None:
             drawing.flag("home", "lit", axis.home[0] <= position <= axis.home[1])
-            show_switch(drawing, "home", controller.pins[self._switches["home"]])
+            show_switch(drawing, "home", controller.pins[self._switches["home"]], "free")
 
     def _show_servo(self, controller: Controller, axis: ServoAxis) -> None:
         drawing, pin = self.drawing, controller.product.brake_pin
@@ -78,12 +82,13 @@ class Slide:
         told = f"{self.name}: a slide of {self.limits[0]} to {self.limits[1]} {of}"
         rows = [*motion_rows(axis), *error_rows(axis)]
         if isinstance(axis, ServoAxis):
-            rows += [readout("brake", "brake")] if controller.product.brake_pin is not None else []
-            rows += [readout("edges", "external encoder", "edges")]
+            rows += [readout("brake", "Brake")] if controller.product.brake_pin is not None else []
+            rows += [readout("edges", "External encoder", "edges")]
         return (
-            f'<svg viewBox="0 0 300 84" role="group" aria-label="{told}"><g data-part="machine">{_BED}'
+            f'<svg viewBox="0 0 300 94" role="group" aria-label="{told}"><g data-part="machine">{_BED}'
             f"{''.join(self._scale())}{self._home(axis)}{self._switch('minus', LEFT)}{self._switch('plus', RIGHT)}"
             f'<g class="moves ghost" data-part="ghost"><rect x="-19" y="27" width="38" height="32" rx="4"/></g>'
+            f'<g class="aim" data-part="aim"><path d="M0 66l-5 8h10z"/></g>'
             f'<g class="moves carriage" data-part="carriage">{_CARRIAGE}</g></g></svg>{readouts(*rows)}{STATES}'
         )
 
@@ -98,7 +103,7 @@ class Slide:
         of = "" if self._units is None else f" {self._units.of}"
         for place in sorted(major):
             unit = of if place == max(major) else ""
-            yield f'<text class="figures" x="{self._x(place * per):.2f}" y="80">{grouped(place)}{escape(unit)}</text>'
+            yield f'<text class="figures" x="{self._x(place * per):.2f}" y="88">{grouped(place)}{escape(unit)}</text>'
 
     def _home(self, axis: Axis) -> str:
         if isinstance(axis, ServoAxis) or axis.home is None:
@@ -106,8 +111,8 @@ class Slide:
         low, high = (min(max(self._x(end), LEFT), RIGHT) for end in axis.home)
         bar = f'<rect x="{low - 1:.2f}" y="60" width="{high - low + 2:.2f}" height="4" rx="1"/>'
         middle = min(max((low + high) / 2, LEFT + 72), RIGHT - 72)
-        told = '<tspan data-part="home-word"></tspan> <tspan class="small" data-part="home-level"></tspan>'
-        text = f'<text class="figures" x="{middle:.2f}" y="10">home</text><text x="{middle:.2f}" y="20">{told}</text>'
+        told = 'home <tspan class="word" data-part="home-word"></tspan>'
+        text = f'<title data-part="home-level"></title><text x="{middle:.2f}" y="17">{told}</text>'
         hit = f'<rect class="hit" x="{middle - 34:.2f}" y="0" width="68" height="24"/>'
         return f'<g class="home" {self._button("home")}>{hit}{bar}{text}</g>'
 
@@ -115,11 +120,11 @@ class Slide:
         sign, side, anchor = ("\u2212", -1, "start") if part == "minus" else ("+", 1, "end")
         lever = f'<path d="M{x:.2f} 27v-7l{-7 * side} -4"/>'
         body = f'<rect x="{x - 9:.2f}" y="5" width="18" height="11" rx="2"/><circle cx="{x:.2f}" cy="10.5" r="3.4"/>'
-        label = f'<text class="figures" x="{x + 13 * side:.2f}" y="14">{sign}</text>'
+        label = f'<text class="figures" x="{x + 14 * side:.2f}" y="14">{sign}</text>'
         hit = f'<rect class="hit" x="{min(x, x - 50 * side) - 14:.2f}" y="0" width="78" height="26"/>'
         at = x - 13 * side
-        word = f'<text class="word {anchor}" x="{at:.2f}" y="11" data-part="{part}-word"></text>'
-        level = f'<text class="small {anchor}" x="{at:.2f}" y="20" data-part="{part}-level"></text>'
+        word = f'<text class="word {anchor}" x="{at:.2f}" y="14" data-part="{part}-word"></text>'
+        level = f'<title data-part="{part}-level"></title>'
         return f'<g class="limit" {self._button(part)}>{hit}{lever}{body}{label}{word}{level}</g>'
 
     def _button(self, part: str) -> str:
@@ -140,6 +145,6 @@ _CARRIAGE = (
     '<rect class="saddle" x="-19" y="27" width="38" height="32" rx="4"/>'
     '<circle class="bolt" cx="-13" cy="33" r="2"/><circle class="bolt" cx="13" cy="33" r="2"/>'
     '<circle class="bolt" cx="-13" cy="53" r="2"/><circle class="bolt" cx="13" cy="53" r="2"/>'
-    '<path class="nut" d="M-8 43h16v8h-16z"/><path class="pointer" d="M0 66l-5 -8h10z"/>'
+    '<path class="nut" d="M-8 43h16v8h-16z"/><path class="pointer" d="M0 66l-5 8h10z"/>'
     '<path class="cut" d="M0 27v31"/>'
 )

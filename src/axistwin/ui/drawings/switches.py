@@ -1,7 +1,7 @@
 """Drawing of the switches and lamps at the terminals of a controller; a click presses or releases a switch."""
 
 import re
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from html import escape
 
 from axistwin.bench import Controller
@@ -11,35 +11,48 @@ from axistwin.ui.drawings.drawing import Drawing
 
 Press = Callable[[str, str], None]
 """Function that performs an action at a terminal: its arguments are the terminal, and `high`, `low` or `release`."""
+STOP = "estop"  # The input of an emergency stop; it is low while the stop is pressed.
 LAMPS = re.compile(r"output\d|led")
 
 
 class Switches:
-    """The drawing of switches and lamps, without the limit and home switches that an axis shows."""
+    """The drawing of switches and lamps, without the limit and home switches that an axis shows.
 
-    def __init__(self, controller: Controller, press: Press) -> None:
+    Wired and named terminals are in sight, the others folded.  `named`: names on the machine, by terminal.
+    """
+
+    def __init__(self, controller: Controller, press: Press, named: Mapping[str, str] | None = None) -> None:
         self._lamps = {lamp.source: lamp for group in controller.product.front for lamp in group.items
                        if isinstance(lamp, Lamp) and lamp.source in controller.pins}  # fmt: skip
         elsewhere = {*on_slides(controller)}
         self.inputs = [name for name in self._inputs(controller) if name not in elsewhere]
         self.outputs = [name for name, pin in controller.pins.items() if pin.is_output and LAMPS.match(name)]
-        self._name = controller.name
+        self._name, self._wired = controller.name, wired_to(controller)
+        self._notes = self._wired | dict(named or {})
         self.drawing = Drawing(
             f"switches {controller.name}", "switchboard", self._art(), lambda name: press(name, action(self._pin(name)))
         )
         self._pins = controller.pins
 
-    def show(self, controller: Controller) -> None:
+    def show(self, controller: Controller, wanted: str = "") -> None:
+        """Update the drawing; `wanted`: the input that the user must change, which is marked."""
         drawing, self._pins = self.drawing, controller.pins
         for name in self.inputs:
-            show_switch(drawing, f"switch-{name}", self._pin(name))
+            pin, part = self._pin(name), f"switch-{name}"
+            drawing.flag(part, "wanted", name == wanted)
+            if name == STOP:
+                show_switch(drawing, part, pin, "released" if pin.level else "pressed")
+                drawing.flag(part, "bad", not pin.level)
+            else:
+                show_switch(drawing, part, pin, wired=name in self._wired)
         for name in self.outputs:
             level = self._pin(name).level
             lamp = self._lamps.get(name)
             on = controller.powered and (level if lamp is None else level is lamp.lit)
             drawing.flag(f"lamp-{name}", "lit", on)
             drawing.put(f"lamp-{name}", "aria-label", f"{self._title(name)}: {'on' if on else 'off'}")
-            drawing.write(f"lamp-{name}-level", "high" if level else "low")
+            drawing.write(f"lamp-{name}-word", "on" if on else "off")
+            drawing.put(f"lamp-{name}", "title", f"{self._name}.{name}: {'high' if level else 'low'}")
 
     def _pin(self, name: str) -> Pin:
         return self._pins[name]
@@ -57,30 +70,61 @@ class Switches:
                 yield name
 
     def _title(self, name: str) -> str:
+        if name == STOP:
+            return "Emergency stop"
         lamp = self._lamps.get(name)
         if lamp is not None and not name.startswith("output"):
-            return lamp.name
-        return re.sub(r"(?<=[a-z])(?=\d)", " ", name.replace("_", " "))
+            return lamp.name[:1].upper() + lamp.name[1:]
+        words = spaced(name)
+        return words[:1].upper() + words[1:]
 
     def _art(self) -> str:
-        rows = ("".join(map(self._switch, self.inputs)), "".join(map(self._lamp, self.outputs)))
-        return "".join(f"<div>{row}</div>" for row in rows if row)
+        shown = [*((name, self._switch) for name in self.inputs), *((name, self._lamp) for name in self.outputs)]
+        first = "".join(draw(name) for name, draw in shown if name in self._notes)
+        rest = [(name, draw) for name, draw in shown if name not in self._notes]
+        none = "" if first else '<span class="quiet">nothing</span>'
+        row = f'<div class="wired"><span class="quiet">Wired</span>{first}{none}</div>'
+        if not rest:
+            return row
+        inputs = sum(name in self.inputs for name, _ in rest)
+        told = f"{len(rest)} unused" if first else f"{inputs} inputs, {len(rest) - inputs} outputs unused"
+        folded = "".join(draw(name) for name, draw in rest)
+        return f'{row}<details class="unused"><summary>{told}</summary><div>{folded}</div></details>'
 
     def _switch(self, name: str) -> str:
-        part, level = f"switch-{name}", f'<small data-part="switch-{name}-level"></small>'
-        act = f'data-act="{name}" data-part="{part}" aria-pressed="false" title="{escape(self._tip(name))}"'
-        words = f'<b>{escape(self._title(name))}</b> <span data-part="{part}-word">free</span> {level}'
-        return f'<button type="button" class="push" {act}>{_PUSH}{words}</button>'
+        part = f"switch-{name}"
+        act = f'data-act="{name}" data-part="{part}" aria-pressed="false"'
+        kind = "pin safety" if name == STOP else "pin"
+        words = f'<i></i>{self._words(name)} <b data-part="{part}-word">off</b>'
+        return f'<button type="button" class="{kind}" {act}>{words}</button>'
 
     def _lamp(self, name: str) -> str:
         part, tone = f"lamp-{name}", self._lamps[name].tone if name in self._lamps else Tone.PLAIN
-        words = f'<b>{escape(self._title(name))}</b><small data-part="{part}-level"></small>'
-        role = f'role="img" data-part="{part}" title="{escape(self._tip(name))}"'
-        return f'<div class="bulb bulb-{tone.value}" {role}>{_BULB}{words}</div>'
+        words = f'<i></i>{self._words(name)} <b data-part="{part}-word">off</b>'
+        return f'<span class="pin bulb bulb-{tone.value}" role="img" data-part="{part}">{words}</span>'
 
-    def _tip(self, name: str) -> str:
-        doc = self._lamps[name].doc if name in self._lamps else ""
-        return f"{self._name}.{name}.  {doc}".strip()
+    def _words(self, name: str) -> str:
+        note = self._notes.get(name, "")
+        told = f' <span class="quiet">{escape(note)}</span>' if note and note != self._title(name) else ""
+        return f"<span>{escape(self._title(name))}{told}</span>"
+
+
+def wired_to(controller: Controller) -> dict[str, str]:
+    """Return what the scene has connected to a controller's terminals, e.g. {"output1": "to input 1"}."""
+    found: dict[str, str] = {}
+    for source, sink in controller.bench.wires if controller.bench is not None else ():
+        for end, other, word in ((source, sink, "to"), (sink, source, "from")):
+            who, _, pin = end.partition(".")
+            if who == controller.name:
+                own, _, far = other.partition(".")
+                far = spaced(far)
+                found[pin] = f"{word} {far if own == controller.name else f'{own} {far}'}"
+    return found
+
+
+def spaced(terminal: str) -> str:
+    """Return a terminal's name in words: "limit plus", "output 1"."""
+    return re.sub(r"(?<=[a-z])(?=\d)", " ", terminal.replace("_", " "))
 
 
 def on_slides(controller: Controller, *only: str) -> dict[str, str]:
@@ -95,13 +139,30 @@ def on_slides(controller: Controller, *only: str) -> dict[str, str]:
     return found
 
 
-def show_switch(drawing: Drawing, part: str, pin: Pin, free: str = "free") -> None:
-    """Show a switch and its terminal's level; `free`: the word for a switch that is not pressed."""
-    pressed = is_pressed(pin)
-    word = "stuck" if pin.held else "pressed" if pressed else "output" if pin.is_output else free
-    drawing.put(part, "aria-pressed", "true" if pressed else "false")
-    drawing.write(f"{part}-word", word)
-    drawing.write(f"{part}-level", "high" if pin.level else "low")
+def show_switch(drawing: Drawing, part: str, pin: Pin, free: str = "", *, wired: bool = False) -> None:
+    """Show a switch in one word, and its terminal's level in a tooltip; `free`: the word while nobody presses it."""
+    word = state_word(pin, wired=wired)
+    drawing.put(part, "aria-pressed", "true" if is_pressed(pin) else "false")
+    drawing.flag(part, "high", word == "on")
+    drawing.write(f"{part}-word", free if free and word in ("off", "released") else word)
+    level = "high" if pin.level else "low"
+    if f"{part}-level" in drawing.parts:
+        drawing.write(f"{part}-level", level)
+    else:
+        drawing.put(part, "title", f"{pin.name}: {level}")
+
+
+def state_word(pin: Pin, *, wired: bool) -> str:
+    """Return the state of a switch in one word; only a wire (`wired`) makes it "on" without a user."""
+    if pin.held:
+        return "stuck"
+    if is_pressed(pin):
+        return "pressed"
+    if pin.is_output:
+        return "output"
+    if wired:
+        return "on" if pin.level else "off"
+    return "released" if pin.level else "off"
 
 
 def is_pressed(pin: Pin) -> bool:
@@ -114,15 +175,3 @@ def action(pin: Pin) -> str:
     if is_pressed(pin):
         return "release"
     return "low" if pin.undriven else "high"
-
-
-_PUSH = (
-    '<svg viewBox="0 0 40 40" aria-hidden="true"><rect class="plate" x="1" y="1" width="38" height="38" rx="6"/>'
-    '<circle class="bezel" cx="20" cy="20" r="15"/><circle class="cap" cx="20" cy="20" r="11.5"/>'
-    '<path class="shine" d="M12 17a9 9 0 0 1 16 0"/></svg>'
-)
-_BULB = (
-    '<svg viewBox="0 0 40 40" aria-hidden="true"><rect class="plate" x="1" y="1" width="38" height="38" rx="6"/>'
-    '<circle class="bezel" cx="20" cy="20" r="13"/><circle class="glass" cx="20" cy="20" r="10"/>'
-    '<path class="shine" d="M13 17a8 8 0 0 1 14 0"/></svg>'
-)
