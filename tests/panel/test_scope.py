@@ -145,8 +145,7 @@ def test_signals_are_found_by_a_part_of_their_names_and_by_patterns(recorder):
 
 def test_who_has_chosen_nothing_sees_how_axes_move_and_what_is_said(recorder):
     assert first_choice(list(recorder.signals.values())) == [
-        "if1.X.velocity", "if1.Y.velocity", "if1.Z.velocity", "if1.host_says", "if1.controller_says",
-        "if1.input1", "if1.input2", "if1.input3",
+        "if1.X.pulses", "if1.Y.pulses", "if1.Z.pulses", "if1.host_says", "if1.controller_says",
     ]  # fmt: skip
 
 
@@ -367,7 +366,7 @@ def test_numbers_are_drawn_between_round_limits_and_words_are_marks(bench, recor
     recorder.catch_up()
     screen.span_ns = 3 * S
     pulses, says = (frame(screen)["signals"][n] for n in (1, 3))
-    assert (pulses["low"], pulses["high"]) == ("0", "400")
+    assert (pulses["range"], pulses["now"], pulses["unit"]) == ("0 … 400", "400", "pulses")
     assert [text for _, text in says["words"]] == [r"C\r"]
 
 

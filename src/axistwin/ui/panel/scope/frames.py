@@ -1,13 +1,14 @@
 """Messages to the browser with the contents of a screen; lines are pairs of 16-bit numbers in base 64."""
 
 from base64 import b64encode
-from math import ceil, floor, isfinite, log10
+from math import ceil, floor, isfinite, isnan, log10
 from typing import Any
 
 import numpy as np
 
 from axistwin.core.units import MS, US, S
 from axistwin.records.traces.signals import COUNT, REAL
+from axistwin.ui.panel.scope.cursors import value_at
 from axistwin.ui.panel.scope.decimation import Line, line, marks
 from axistwin.ui.panel.scope.meaning import PLAIN, Meaning
 from axistwin.ui.panel.scope.screen import Screen
@@ -23,12 +24,18 @@ UNITS = ((S, "s"), (MS, "ms"), (US, "µs"), (1, "ns"))
 def frame(screen: Screen) -> dict[str, Any]:
     from_ns, to_ns = screen.edges
     base_ns, unit_ns, unit = _axis(from_ns, to_ns)
+    folded = screen.folded_now
+    still = all(track.flat for track in screen.tracks.values())
     return {
         "from": (from_ns - base_ns) / unit_ns, "to": (to_ns - base_ns) / unit_ns,
         "axis": f"{unit} after {base_ns / S:.9g} s" if base_ns else unit, "lanes": screen.lanes,
-        "signals": [_signal(screen, name, from_ns, to_ns) for name in screen.names],
+        "signals": [_signal(screen, name, from_ns, to_ns, folded=name in folded) for name in screen.names],
         "cursors": [_place(time_ns, from_ns, to_ns) for time_ns in (screen.cursors.a_ns, screen.cursors.b_ns)],
         "trigger": _place(screen.hit_ns if screen.trigger.mode != OFF else None, from_ns, to_ns),
+        "now": _place(screen.record.now_ns, from_ns, to_ns),
+        "alarms": [(_place(at_ns, from_ns, to_ns), f"{what}, {at_ns / S:.3f} s")
+                   for at_ns, what in screen.recorder.alarms if from_ns <= at_ns <= to_ns],
+        "hush": "The curves begin with the first move." if still else "",
     }  # fmt: skip
 
 
@@ -47,30 +54,40 @@ def _place(time_ns: int | None, from_ns: int, to_ns: int) -> float | None:
     return None if time_ns is None or not from_ns <= time_ns <= to_ns else (time_ns - from_ns) / (to_ns - from_ns)
 
 
-def _signal(screen: Screen, name: str, from_ns: int, to_ns: int) -> dict[str, Any]:
+def _signal(screen: Screen, name: str, from_ns: int, to_ns: int, *, folded: bool) -> dict[str, Any]:
     track = screen.record.tracks.get(name)
-    title, folded = screen.titles.get(name) or name, screen.lanes and name in screen.folded
-    if track is None:
-        return {
-            "name": name, "title": title, "folded": folded, "data": "", "range": "", "low": "", "high": "", "words": [],
-        }  # fmt: skip
-    seen = line(track, from_ns, to_ns, screen.pixels, screen.record.now_ns)
-    low, high = span(track, seen)
     meaning = screen.recorder.meanings.get(name, PLAIN)
-    numbers = track.kind in (COUNT, REAL)
+    told = {
+        "name": name, "title": screen.titles.get(name) or meaning.title or name, "note": meaning.note, "folded": folded,
+        "numbers": track is not None and track.kind in (COUNT, REAL), "data": "", "range": "", "now": "", "unit": "",
+        "zero": None, "text": isinstance(track, Words), "words": [],
+    }  # fmt: skip
+    if track is None:
+        return told
+    seen = line(track, from_ns, to_ns, screen.pixels, screen.record.now_ns)
+    low, high = span(track, seen, meaning.per)
+    at_ns = screen.record.now_ns if screen.pointer is None else screen.time_at(screen.pointer)
     few = max(screen.pixels // WORD_PIXELS, 1)
     words = marks(track, from_ns, to_ns, few) if isinstance(track, Words) else []
-    return {
-        "name": name, "title": title, "folded": folded, "data": packed(seen, (from_ns, to_ns), (low, high)),
-        "low": f"{low:.9g}" if numbers else "", "high": f"{high:.9g}" if numbers else "",
-        "range": _range(meaning, low, high) if numbers else "",
+    told |= {
+        "data": packed(seen, (from_ns, to_ns), (low, high)), "now": _value(track, meaning, at_ns),
         "words": [((time_ns - from_ns) / (to_ns - from_ns), _decoded(meaning, text)) for time_ns, text in words],
     }  # fmt: skip
+    if told["numbers"]:
+        told["range"] = f"{meaning.number(low)} … {meaning.number(high)}"
+        told["unit"] = meaning.shown_unit
+        if track.kind == REAL and low <= 0 <= high:
+            told["zero"] = -low / (high - low)
+    return told
 
 
-def _range(meaning: Meaning, low: float, high: float) -> str:
-    told = f"{low:.9g} … {high:.9g} {meaning.unit}".rstrip()
-    return f"{told} = {meaning.in_unit(low)} … {meaning.in_unit(high)}" if meaning.units is not None else told
+def _value(track: Track, meaning: Meaning, at_ns: int) -> str:
+    if isinstance(track, Words):
+        return ""
+    value = value_at(track, at_ns)
+    if isnan(value):
+        return "–"
+    return meaning.number(value) if track.kind in (COUNT, REAL) else "on" if value else "off"
 
 
 def _decoded(meaning: Meaning, text: str) -> str:
@@ -91,18 +108,21 @@ def packed(seen: Line, times_ns: tuple[int, int], values: tuple[float, float]) -
     return b64encode(pairs[new].tobytes()).decode()
 
 
-def span(track: Track, seen: Line) -> tuple[float, float]:
-    """Return the range of values for the drawing of a signal: 0 to 1 for levels, otherwise round numbers."""
+def span(track: Track, seen: Line, per: float = 1.0) -> tuple[float, float]:
+    """Return the range of values for the drawing of a signal: 0 to 1 for levels, otherwise multiples of a round step.
+
+    The step is round in a unit of `per` pulses or counts.
+    """
     if track.kind not in (COUNT, REAL):
         return 0.0, 1.0
-    low = float(np.fmin.reduce(seen.values, initial=np.inf))
-    high = float(np.fmax.reduce(seen.values, initial=-np.inf))
+    low = float(np.fmin.reduce(seen.values, initial=np.inf)) / per
+    high = float(np.fmax.reduce(seen.values, initial=-np.inf)) / per
     if not isfinite(low) or not isfinite(high):
         return 0.0, 1.0
     if low == high:
-        return low - 1, high + 1
+        return (low - 1) * per, (high + 1) * per
     grain = _grain(high - low)
-    return floor(low / grain) * grain, ceil(high / grain) * grain
+    return floor(low / grain) * grain * per, ceil(high / grain) * grain * per
 
 
 def _grain(size: float) -> float:

@@ -1,28 +1,48 @@
 """The meaning of signals: units of their values, words of their messages, and the signals that a bench uses."""
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from axistwin.bench import Bench, Controller, endpoints
 from axistwin.bench.codec import Codec
 from axistwin.plant.machine_units import MachineUnits
 from axistwin.records.traces.signals import COUNT, LEVEL, REAL, TEXT, Signal, pin_signal
+from axistwin.ui.drawings.scale import grouped, minus
+from axistwin.ui.drawings.switches import spaced, wired_to
 
 
 @dataclass(frozen=True)
 class Meaning:
-    """The unit of a signal's values, and the codec of its messages."""
+    """The name of a signal for users, the unit of its values, and the codec of its messages."""
 
+    title: str = ""  # E.g. "X position", "Output 1".
+    note: str = ""  # What a terminal is connected to: "to input 1", "Start".
     unit: str = ""
     units: MachineUnits | None = None
     codec: Codec | None = None
     by_host: bool = False
 
+    @property
+    def shown_unit(self) -> str:
+        """The unit of the machine if there is one."""
+        return self.unit if self.units is None else f"{self.units.of}{'/s' if self.unit.endswith('/s') else ''}"
+
+    @property
+    def per(self) -> float:
+        """Number of pulses or counts in the shown unit."""
+        return 1.0 if self.units is None else float(self.units.per)
+
+    def number(self, value: float) -> str:
+        """Format a value in the shown unit, without the unit."""
+        if self.units is not None:
+            return minus(self.units.shown(value))
+        return grouped(round(value)) if abs(value) >= MANY else minus(f"{value:.4g}")
+
     def in_unit(self, value: float) -> str:
         """Format a value in the machine unit, e.g. `12.50 mm`; "" if no machine unit is defined."""
         if self.units is None:
             return ""
-        return f"{self.units.shown(value)} {self.units.of}{'/s' if self.unit.endswith('/s') else ''}"
+        return f"{self.units.shown(value)} {self.shown_unit}"
 
     def words(self, text: str) -> str:
         """Return the meaning of a bus message in words, or "" if the text is not a complete bus message."""
@@ -34,13 +54,35 @@ class Meaning:
             return ""
 
 
+MANY = 1000  # Smallest value that is told without decimals.
 PLAIN = Meaning()
 
 
-def meanings(bench: Bench, signals: Iterable[Signal]) -> dict[str, Meaning]:
-    """Return the meaning of each signal that has a unit or messages in words, by name."""
-    found = {signal.full: _meaning(bench, signal) for signal in signals}
-    return {name: meaning for name, meaning in found.items() if meaning != PLAIN}
+def meanings(bench: Bench, signals: Iterable[Signal], named: Mapping[str, str]) -> dict[str, Meaning]:
+    """Return the meaning of each signal by name; `named`: names on the operator panel, by "controller.pin"."""
+    notes = {f"{name}.{pin_signal(pin)}": told
+             for name, c in bench.controllers.items() for pin, told in wired_to(c).items()}  # fmt: skip
+    notes |= {_terminal(pin): told for pin, told in named.items()}
+    several = len(bench.controllers) > 1
+    found = {}
+    for signal in signals:
+        title = _title(bench, signal)
+        title = f"{signal.scope.partition('.')[0]} {title}" if several else title
+        found[signal.full] = replace(_meaning(bench, signal), title=title, note=notes.get(signal.full, ""))
+    return found
+
+
+def _title(bench: Bench, signal: Signal) -> str:
+    name, _, axis = signal.scope.rpartition(".")
+    if name in bench.controllers and axis in bench[name].axes:
+        return f"{axis} {'position' if signal.name == 'pulses' else signal.name.replace('_', ' ')}"
+    if signal.name == "host_says":
+        return "Host"
+    if signal.name == "controller_says":
+        known = signal.scope in bench.controllers
+        return bench[signal.scope].product.indefinite.partition(" ")[2] if known else signal.scope
+    words = spaced(signal.name)
+    return words if signal.kind in (COUNT, REAL) else words[:1].upper() + words[1:]
 
 
 def _meaning(bench: Bench, signal: Signal) -> Meaning:
@@ -48,7 +90,7 @@ def _meaning(bench: Bench, signal: Signal) -> Meaning:
     if name in bench.controllers and axis in bench[name].axes:
         return _of_axis(bench[name], axis, signal)
     if signal.name.endswith("_volts"):
-        return Meaning("V")
+        return Meaning(unit="V")
     if signal.name in ("host_says", "controller_says") and endpoints.at_a_bus(bench, signal.scope):
         return Meaning(codec=endpoints.codec_at(bench, signal.scope), by_host=signal.name == "host_says")
     return PLAIN
@@ -57,8 +99,8 @@ def _meaning(bench: Bench, signal: Signal) -> Meaning:
 def _of_axis(controller: Controller, name: str, signal: Signal) -> Meaning:
     axis = controller.axes[name]
     if signal.kind == REAL:
-        return Meaning(f"{axis.unit}/s", axis.units)
-    return Meaning(axis.unit, axis.units) if signal.kind == COUNT else PLAIN
+        return Meaning(unit=f"{axis.unit}/s", units=axis.units)
+    return Meaning(unit=axis.unit, units=axis.units) if signal.kind == COUNT else PLAIN
 
 
 def used(bench: Bench, signals: Sequence[Signal]) -> list[str]:
@@ -71,10 +113,16 @@ def used(bench: Bench, signals: Sequence[Signal]) -> list[str]:
 
 
 def _motion(bench: Bench, signals: Iterable[Signal]) -> Iterator[str]:
+    """Yield velocity and position of each axis with a machine."""
     axes = {f"{c.name}.{axis}" for c in bench.controllers.values() for axis in c.axes if c.given.get(axis)}
-    for signal in signals:
-        if signal.scope in axes and (signal.kind == REAL or signal.name in ("pulses", "position")):
+    of_axes = [signal for signal in signals if signal.scope in axes]
+    for signal in of_axes:
+        if signal.kind == REAL:
             yield signal.full
+            places = (
+                other for other in of_axes if other.scope == signal.scope and other.name in ("pulses", "position")
+            )
+            yield from (place.full for place in list(places)[-1:])
 
 
 def _terminal(terminal: str) -> str:

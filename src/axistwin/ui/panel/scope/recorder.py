@@ -1,5 +1,6 @@
 """Record the signals on all users' screens, each signal once.  A new record begins when the bench is replaced."""
 
+from collections import deque
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass, field
@@ -12,10 +13,12 @@ from axistwin.records.traces.batch import Part, Value
 from axistwin.records.traces.provenance import provenance
 from axistwin.records.traces.signals import REAL, TEXT, Signal, catalogue
 from axistwin.records.traces.trace import Tracer
+from axistwin.sim.pins import Pin
 from axistwin.ui.panel.scope.meaning import Meaning, meanings, presets
 from axistwin.ui.panel.scope.tracks import Times, Track, Words
 
 MOST_SIGNALS = 32  # Largest number of recorded signals; each takes up to `tracks.MOST_BYTES`.
+STOPS, MOST_STOPS = ("estop",), 100  # Inputs of an emergency stop, which are low while it is pressed.
 GROWING = ("host_says", "controller_says")
 
 
@@ -32,7 +35,9 @@ class Record:
 class Recorder:
     """Records all signals that the oscilloscope screens of a session show.  Call `attach` for each bench."""
 
-    def __init__(self) -> None:
+    def __init__(self, named: Mapping[str, str] | None = None) -> None:
+        """Create a recorder without a bench.  `named`: names on the operator panel, by "controller.pin"."""
+        self._named = dict(named or {})
         self.record = Record()
         self.signals: dict[str, Signal] = {}
         self.meanings: dict[str, Meaning] = {}  # Meaning of each signal that has a unit or messages in words.
@@ -44,15 +49,32 @@ class Recorder:
         self._stack = ExitStack()
         self._wanted: dict[object, tuple[str, ...]] = {}
         self._recorded: list[Signal] = []
+        self._pressed: deque[tuple[int, str]] = deque(maxlen=MOST_STOPS)
 
     def attach(self, bench: Bench) -> None:
         self._stack.close()
         self._bench, self._tracer, self._recorded = bench, None, []
         self.signals = {signal.full: signal for signal in catalogue(bench)}
-        self.meanings = meanings(bench, self.signals.values())
+        self.meanings = meanings(bench, self.signals.values(), self._named)
         self.presets = presets(bench, list(self.signals.values()))
         self.record = Record(bench.now, {}, provenance(bench))
+        self._pressed.clear()
+        for controller in bench.controllers.values():
+            for name in STOPS:
+                if name in controller.pins:
+                    controller.pins[name].subscribe(self._stopped)
         self._follow_wishes()
+
+    @property
+    def alarms(self) -> list[tuple[int, str]]:
+        """The latest abnormal events: presses of an emergency stop, and injected faults."""
+        faults = self._bench.faults if self._bench is not None else ()
+        began = [(fault.began_ns, f"fault {fault.name}") for fault in faults if fault.began_ns is not None]
+        return sorted([*self._pressed, *began])
+
+    def _stopped(self, pin: Pin) -> None:
+        if not pin.level:
+            self._pressed.append((pin.clock.now, "emergency stop"))
 
     def want(self, who: object, names: Sequence[str]) -> None:
         """Record the signals of the screen `who`.  Raises UsageError if there are too many signals."""

@@ -6,6 +6,7 @@ while the bench continues to run.
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from weakref import WeakSet
 
 from axistwin.core.errors import UsageError
 from axistwin.core.units import US, S
@@ -17,7 +18,7 @@ from axistwin.ui.panel.scope.triggers import AUTO, OFF, SINGLE, Trigger
 
 SHORTEST_NS, LONGEST_NS = US, 10_000_000 * S
 MOST_SHOWN = 16
-FIRST_SHOWN = 8
+FIRST_SHOWN = 6
 PIXELS = (50, 4096)  # Least and greatest width of a screen in pixels.
 SNAP = 8  # Distance, in pixels, within which a cursor snaps to an edge.
 SPANS_NS = tuple(digit * 10**power for power in range(3, 17) for digit in (1, 2, 5) if digit * 10**power <= LONGEST_NS)
@@ -59,7 +60,9 @@ class Screen:
     names: tuple[str, ...] = ()
     span_ns: int = 2 * S
     lanes: bool = True  # True if each signal has its own lane; False if the signals are overlaid.
-    folded: set[str] = field(default_factory=set)  # Signals whose lane is folded: low, and without values.
+    folded: dict[str, bool] = field(default_factory=dict)
+    """Signals whose lane the user has folded (True: low, without values) or unfolded; others fold while they are flat.
+    """
     titles: dict[str, str] = field(default_factory=dict)  # Titles that the user has given to signals.
     pixels: int = 800
     trigger: Trigger = field(default_factory=Trigger)
@@ -70,6 +73,7 @@ class Screen:
     _to_ns: int = 0
     _searched_ns: int = 0
     _known: Record | None = None
+    _moved: WeakSet[Track] = field(default_factory=WeakSet)
 
     def __post_init__(self) -> None:
         self.recorder.watchers.append(self._find_first)
@@ -92,6 +96,23 @@ class Screen:
             added = self.recorder.frozen([name for name in names if name not in self.frozen.tracks])
             self.frozen.tracks |= added.tracks
             self.frozen.begins |= {name: added.begins[name] for name in added.tracks}
+
+    @property
+    def folded_now(self) -> frozenset[str]:
+        """The signals whose lane is folded: by the user, or flat beside others that have changed."""
+        if not self.lanes:
+            return frozenset()
+        flat = {name for name in self.names if (track := self.record.tracks.get(name)) is None or self._is_flat(track)}
+        if len(flat) == len(self.names):
+            flat = set()
+        return frozenset(name for name in self.names if self.folded.get(name, name in flat))
+
+    def _is_flat(self, track: Track) -> bool:
+        if track not in self._moved:
+            if track.flat:
+                return True
+            self._moved.add(track)  # A lane that has unfolded stays so.
+        return False
 
     def move_lane(self, place: int, to: int) -> None:
         names = list(self.names)
@@ -241,14 +262,17 @@ class Screen:
 
 
 def first_choice(signals: Sequence[Signal]) -> list[str]:
-    """Return the signals of a newly opened screen: motion, messages and some levels."""
-    motion: dict[str, str] = {}
-    for signal in signals:
-        if "." in signal.scope and (signal.kind == REAL or (signal.kind == COUNT and signal.scope not in motion)):
-            motion[signal.scope] = signal.full
+    """Return the signals of a newly opened screen: positions, messages and some levels; of one axis also velocity."""
+    of_axes = [signal for signal in signals if "." in signal.scope and signal.kind in (REAL, COUNT)]
+    axes = list(dict.fromkeys(signal.scope for signal in of_axes))
+    motion = []
+    for scope in axes[:4]:
+        own = [signal for signal in of_axes if signal.scope == scope]
+        motion += [signal.full for signal in own if signal.kind == REAL][:1] if len(axes) == 1 else []
+        motion += [signal.full for signal in own if signal.name in ("position", "pulses")][-1:]
     said = [signal.full for signal in signals if signal.kind == TEXT and not signal.register]
     levels = [signal.full for signal in signals if signal.kind == LEVEL and "." not in signal.scope]
-    return [*list(motion.values())[:4], *said[:2], *levels][:FIRST_SHOWN]
+    return [*motion, *said[:2], *levels][: FIRST_SHOWN - 1]
 
 
 def searched(signals: Sequence[Signal], text: str) -> list[Signal]:

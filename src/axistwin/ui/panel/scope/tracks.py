@@ -100,6 +100,15 @@ class Track:
         """Time after which all changes are stored exactly."""
         return int(self._times[0]) if any(len(rows.begin) for rows in self._older) else 0
 
+    @property
+    def flat(self) -> bool:
+        """True if the signal has had only one value, apart from values that were not recorded."""
+        if any(len(rows.begin) for rows in self._older):
+            return False
+        known = self._values[: self._size]
+        known = known[~np.isnan(known)]
+        return not len(known) or bool((known == known[0]).all())
+
     def add(self, times: Times, values: Numbers) -> bool:
         """Append samples without repetitions of a value; return False if none has been appended."""
         changed = np.empty(len(values), bool)

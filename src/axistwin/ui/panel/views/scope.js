@@ -1,24 +1,54 @@
 // The plot of the oscilloscope: draws the messages of the server, and sends messages about mouse, fingers and keys.
 window.axistwinScope = (() => {
-  const FULL = 65535, TOP = 4000, LEFT = 10, RIGHT = 12, ABOVE = 6, LINE = 15, FOLDED = 0.36, COLUMN = 420, NAMES = 160, BELOW = 40, NEAR = 9, CLICK = 4;
-  const COLOURS = ["#0072B2", "#BB4E00", "#00805D", "#B04C86", "#8A6000", "#2F79A3"], DASHES = ["solid", "dashed", "dotted"];
-  const INK = "#1c2430", RULE = "#d5dae1", CURSORS = ["#2457c5", "#8a2be2"], TRIGGER = "#d0342c";
-  let last = null, shape = "", waiting = 0, columns = 1;
+  const FULL = 65535, TOP = 4000, NEAR = 9, CLICK = 4, AXIS = 22;
+  const LEAST = 28, FOLDED = 16, NUMBER = 3, LEVEL = 1;  // least heights of lanes in pixels; shares of what is left
+  const COLOURS = ["#0072B2", "#BB4E00", "#00805D", "#B04C86", "#8A6000", "#2F79A3"], DASHES = [[], [6, 3], [2, 3]];
+  const DARK = ["#56B4E9", "#FF9D5C", "#3CC9A0", "#E79BC4", "#E0B64A", "#8CC4E6"];
+  const TOKENS = ["ink", "ink-2", "line", "act", "alarm", "well", "card"];
+  let last = null, colours = {}, theme = null;
 
   const tell = (what) => emitEvent("scope", what);
+  const made = (tag, kind, parent) => { const node = document.createElement(tag); node.className = kind; parent.append(node); return node; };
+  const write = (node, text) => { if (node.textContent !== text) node.textContent = text; };
 
   function pairs(text) {
     const bytes = Uint8Array.from(atob(text), (sign) => sign.charCodeAt(0));
     return new Uint16Array(bytes.buffer);
   }
 
-  // Returns the line of a signal in pixels: a list of points for each period in which the value is known.
-  function stretches(signal, [base, height], count, area) {
+  // Returns the colours of the tokens in the present theme; a canvas knows no variables.
+  function tokens(plot) {
+    const now = document.body.classList.contains("body--dark");
+    if (now === theme) return colours;
+    theme = now;
+    const probe = made("i", "", plot);
+    for (const name of TOKENS) {
+      probe.style.color = `var(--${name})`;
+      colours[name] = getComputedStyle(probe).color;
+    }
+    probe.remove();
+    return colours;
+  }
+
+  // Returns top and height of each lane in pixels; lanes that do not fit are reached by scrolling.
+  function lanes(frame, room) {
+    const weight = (signal) => (signal.folded ? 0 : signal.numbers ? NUMBER : LEVEL);
+    const sum = (part) => frame.signals.reduce((all, signal) => all + part(signal), 0);
+    const least = sum((signal) => (signal.folded ? FOLDED : LEAST)), share = Math.max(room - least, 0) / Math.max(sum(weight), 1);
+    let top = 0;
+    return frame.signals.map((signal) => {
+      const high = (signal.folded ? FOLDED : LEAST) + share * weight(signal), at = top;
+      top += high;
+      return [at, high];
+    });
+  }
+
+  // Returns the curve of a signal as lists of points in pixels, one for each period in which the value is known.
+  function stretches(signal, width, bottom, height) {
     const data = pairs(signal.data), found = [];
-    const wide = area.width / FULL, bottom = area.y + area.height * (1 - base / count), high = (area.height * height) / count / TOP;
     let steps = null, before = 0;
     for (let n = 0; n < data.length; n += 2) {
-      const x = area.x + data[n] * wide, unknown = data[n + 1] === FULL, y = bottom - data[n + 1] * high;
+      const x = (data[n] * width) / FULL, unknown = data[n + 1] === FULL, y = bottom - (data[n + 1] * height) / TOP;
       if (steps) steps.push([x, before]);
       if (unknown) steps = null;
       else if (!steps) found.push((steps = [[x, y]]));
@@ -28,108 +58,156 @@ window.axistwinScope = (() => {
     return found;
   }
 
-  function drawn(params) {
-    const n = params.dataIndex, signal = last.signals[n], count = total(last);
-    const style = { fill: "none", stroke: COLOURS[n % COLOURS.length], lineWidth: 1.4,
-      lineDash: last.lanes ? "solid" : DASHES[Math.floor(n / 2) % 3] };
-    const lines = signal ? stretches(signal, lanes(last)[n], count, params.coordSys) : [];
-    return { type: "group", silent: true, children: lines.map((points) => (
-      { type: "polyline", silent: true, shape: { points }, style })) };
+  function curve(pen, signal, n, [top, high], size, tint) {
+    const pad = signal.folded ? 4 : 6, inside = high - 2 * pad;
+    const style = last.lanes ? tint.ink : (theme ? DARK : COLOURS)[n % COLOURS.length];
+    const found = stretches(signal, size.width, top + high - pad, inside);
+    pen.setLineDash(last.lanes ? [] : DASHES[Math.floor(n / COLOURS.length) % DASHES.length]);
+    pen.lineWidth = 1.5;
+    pen.strokeStyle = style;
+    for (const points of found) {
+      pen.beginPath();
+      points.forEach(([x, y], k) => (k ? pen.lineTo(x, y) : pen.moveTo(x, y)));
+      pen.stroke();
+      if (last.lanes && !signal.folded && signal.zero !== null && points.length) {  // the area between a curve and zero
+        const zero = top + high - pad - signal.zero * inside;
+        pen.lineTo(points.at(-1)[0], zero);
+        pen.lineTo(points[0][0], zero);
+        pen.globalAlpha = 0.09;
+        pen.fillStyle = tint.ink;
+        pen.fill();
+        pen.globalAlpha = 1;
+      }
+    }
+    pen.setLineDash([]);
   }
 
-  const weight = (signal) => (signal.folded ? FOLDED : 1);
-  const total = (frame) => frame.signals.reduce((sum, signal) => sum + weight(signal), 0);
-
-  // Returns the upper edge of each lane, from the bottom of the plot, in lanes of normal height.
-  function tops(frame) {
-    let above = total(frame);
-    return frame.signals.map((signal) => { const top = above; above -= weight(signal); return top; });
-  }
-
-  // Returns the base and the height of each curve.
-  function lanes(frame) {
-    const count = total(frame), upper = tops(frame);
-    return frame.signals.map((signal, n) => {
-      if (!frame.lanes) return [0.04 * count, 0.9 * count];
-      return signal.folded ? [upper[n] - FOLDED + 0.04, 0.08] : [upper[n] - 0.92, 0.66];
+  function texts(pen, signal, [top, high], size, tint) {
+    pen.font = `12px ${getComputedStyle(document.body).getPropertyValue("--mono")}`;
+    pen.textBaseline = "middle";
+    signal.words.forEach(([at, text], n) => {
+      const x = at * size.width, room = (n + 1 < signal.words.length ? signal.words[n + 1][0] * size.width : size.width) - x - 6;
+      pen.fillStyle = tint.ink;
+      pen.fillRect(x, top + high / 2 - 7, 2, 14);
+      const most = Math.floor(room / 7.3), lines = text.split("\n").slice(0, high > 30 ? 2 : 1);
+      lines.forEach((line, k) => {
+        pen.fillStyle = k ? tint["ink-2"] : tint.ink;
+        const shown = line.length > most ? `${line.slice(0, Math.max(most - 1, 0))}…` : line;
+        if (most > 1) pen.fillText(shown, x + 5, top + high / 2 + (lines.length > 1 ? 13 * k - 6 : 1));
+      });
     });
   }
 
-  // Returns the number of the lane at a height in pixels.
-  function laneAt(y, high) {
-    const up = (1 - (y - ABOVE) / Math.max(high - ABOVE - BELOW, 1)) * total(last), upper = tops(last);
-    return Math.max(upper.filter((top) => top >= up).length - 1, 0);
+  // Returns the places of round times: the multiples of 1, 2 or 5 × 10ⁿ of which about twelve fit.
+  function times(frame, width) {
+    const span = frame.to - frame.from, least = span / Math.min(12, Math.max(width / 90, 2));
+    const power = 10 ** Math.floor(Math.log10(least));
+    const step = [1, 2, 5, 10].map((digit) => digit * power).find((each) => each >= least * 0.999) ?? 10 * power;
+    const found = [], digits = Math.max(0, -Math.floor(Math.log10(step) + 1e-9));
+    for (let k = Math.ceil(frame.from / step - 1e-6); k * step <= frame.to + step * 1e-6; k += 1)
+      found.push([(k * step - frame.from) / span, (k * step).toFixed(digits)]);
+    return found;
   }
 
-  function label(signal) {
-    return signal.range === "" || signal.folded ? signal.title : `${signal.title}   ${signal.range}`;
+  function ready(canvas, width, height) {
+    const dots = window.devicePixelRatio || 1;
+    if (canvas.width !== Math.round(width * dots) || canvas.height !== Math.round(height * dots)) {
+      canvas.width = Math.round(width * dots);
+      canvas.height = Math.round(height * dots);
+      canvas.style.width = `${width}px`;
+      canvas.style.height = `${height}px`;
+    }
+    const pen = canvas.getContext("2d");
+    pen.setTransform(dots, 0, 0, dots, 0, 0);
+    pen.clearRect(0, 0, width, height);
+    return pen;
   }
 
-  function series(frame) {
-    const places = lanes(frame), upper = tops(frame), count = total(frame), width = frame.to - frame.from;
-    const lines = { data: frame.signals.map(() => [frame.from, 0]) };
-    const names = !frame.lanes ? [] : frame.signals.map((signal, n) => ({
-      value: [frame.from, upper[n] - (signal.folded ? 0.18 : 0.14)], name: label(signal), label: { color: COLOURS[n % COLOURS.length] },
-    }));
-    const words = frame.signals.flatMap((signal, n) => (signal.folded ? [] : signal.words).map(([at, text]) => (
-      { value: [frame.from + at * width, places[n][0] + places[n][1] / 2], name: text })));
-    const upright = (place) => (place === null ? [] : [[frame.from + place * width, 0], [frame.from + place * width, count]]);
-    return [lines, { data: names }, { data: words }, ...frame.cursors.map((at) => ({ data: upright(at) })),
-      { data: upright(frame.trigger) }];
+  function upright(pen, at, size, colour, dash, name, side = 4) {
+    if (at === null) return;
+    const x = Math.round(at * size.width) + 0.5;
+    pen.strokeStyle = pen.fillStyle = colour;
+    pen.lineWidth = name.length > 1 ? 2 : 1;
+    pen.setLineDash(dash);
+    pen.beginPath();
+    pen.moveTo(x, 0);
+    pen.lineTo(x, size.height);
+    pen.stroke();
+    pen.setLineDash([]);
+    pen.font = "500 12px Roboto, sans-serif";
+    pen.textBaseline = "top";
+    const wide = pen.measureText(name).width;
+    pen.fillText(name, x + side + wide > size.width ? x - side - wide : x + side, 2);
   }
 
-  function looks() {
-    const lines = { type: "custom", silent: true, clip: true, renderItem: drawn, z: 3 };
-    const text = { type: "scatter", silent: true, symbol: "rect", clip: true };
-    const names = { ...text, symbolSize: 0.1, z: 5, label: { show: true, position: "right", distance: 2, formatter: "{b}",
-      fontSize: 11, fontWeight: 600, backgroundColor: "rgba(255,255,255,.8)", padding: [1, 3] } };
-    const words = { ...text, symbolSize: [2, 12], itemStyle: { color: INK }, z: 4, labelLayout: { hideOverlap: true },
-      label: { show: true, position: "right", distance: 2, formatter: "{b}", color: INK, fontSize: 11, fontFamily: "monospace",
-        width: 150, overflow: "truncate" } };
-    const upright = (name, color, type) => ({ type: "line", silent: true, symbol: "none", showSymbol: false, z: 6,
-      lineStyle: { color, type, width: 1.4 }, endLabel: { show: true, formatter: name, color, fontWeight: 700, distance: -14, offset: [14, 8] } });
-    return [lines, names, words, upright("A", CURSORS[0], "solid"), upright("B", CURSORS[1], "dashed"), upright("T", TRIGGER, "dotted")];
-  }
-
-  // Returns the number of lines of the legend.
-  const legendLines = (frame) => Math.ceil(frame.signals.length / columns);
-
-  // Returns the legend of overlaid signals, in columns above the curves.
-  function legend(frame) {
-    return frame.lanes ? [] : frame.signals.map((signal, n) => (
-      { id: `name${n}`, type: "text", silent: true, left: LEFT + COLUMN * Math.floor(n / legendLines(frame)),
-        top: 2 + LINE * (n % legendLines(frame)), style: { text: label(signal),
-        fill: COLOURS[n % COLOURS.length], font: "600 11px sans-serif" } }));
-  }
-
-  function options(frame) {
-    const above = frame.lanes ? ABOVE : ABOVE + LINE * legendLines(frame);
-    return {
-      animation: false, grid: { left: LEFT, right: RIGHT, top: above, bottom: BELOW },
-      xAxis: { type: "value", nameLocation: "middle", nameGap: 24, axisLine: { lineStyle: { color: INK } },
-        axisLabel: { hideOverlap: true, showMinLabel: false, showMaxLabel: false }, splitLine: { lineStyle: { color: RULE } } },
-      yAxis: { type: "value", interval: 1, axisLabel: { show: false }, axisTick: { show: false },
-        splitLine: { show: frame.lanes && !frame.signals.some((signal) => signal.folded), lineStyle: { color: RULE } } },
-      series: looks(),
-    };
+  // Writes names, ranges and values left of the lanes.
+  function names(box, frame, places) {
+    while (box.children.length > frame.signals.length) box.lastChild.remove();
+    while (box.children.length < frame.signals.length) {
+      const row = made("li", "", box), told = made("span", "scope-name", row);
+      made("span", "scope-name-first", told); made("small", "quiet scope-note", told); made("small", "quiet scope-range", told);
+      made("b", "scope-now", row); made("small", "quiet scope-unit", row);
+    }
+    frame.signals.forEach((signal, n) => {
+      const row = box.children[n], [first, note, range] = row.firstChild.children, high = `${places[n][1]}px`;
+      if (row.style.height !== high) row.style.height = high;
+      row.classList.toggle("folded", signal.folded);
+      row.title = signal.name;
+      write(first, signal.title); write(note, signal.note); write(range, signal.folded || places[n][1] < 28 ? "" : signal.range);
+      first.style.color = frame.lanes ? "" : (theme ? DARK : COLOURS)[n % COLOURS.length];
+      write(row.children[1], signal.now); write(row.children[2], signal.unit);
+    });
   }
 
   function draw(id, frame) {
+    const plot = document.getElementById(`c${id}`), area = plot?.querySelector(".scope-area");
     last = frame;
-    const chart = getElement(id)?.chart;
-    clearTimeout(waiting);
-    if (!chart) {
-      waiting = setTimeout(() => draw(id, last), 50);
-      return;
-    }
-    columns = Math.max(Math.floor(chart.getWidth() / COLUMN), 1);
-    const now = JSON.stringify([id, frame.lanes, columns, frame.signals.map((signal) => [signal.name, signal.folded])]);
-    if (shape !== now) chart.setOption(options(frame), { notMerge: true });
-    shape = now;
-    chart.setOption({
-      xAxis: { min: frame.from, max: frame.to, name: frame.axis }, yAxis: { min: 0, max: Math.max(total(frame), 1) },
-      series: series(frame), graphic: legend(frame),
+    if (!area) return;
+    const tint = tokens(plot), width = area.clientWidth, room = plot.clientHeight - AXIS;
+    if (width < 1 || room < 1) return;
+    const places = lanes(frame, room), height = Math.max(room, ...places.map(([top, high]) => top + high));
+    const size = { width, height }, pen = ready(area.querySelector("canvas"), width, height);
+    names(plot.querySelector(".scope-names"), frame, places);
+    const marks = times(frame, width);
+    pen.strokeStyle = tint.line;
+    pen.lineWidth = 1;
+    pen.beginPath();
+    for (const [at] of marks) { pen.moveTo(Math.round(at * width) + 0.5, 0); pen.lineTo(Math.round(at * width) + 0.5, height); }
+    if (frame.lanes) for (const [top, high] of places) { pen.moveTo(0, Math.round(top + high) - 0.5); pen.lineTo(width, Math.round(top + high) - 0.5); }
+    pen.stroke();
+    frame.signals.forEach((signal, n) => {
+      const place = frame.lanes ? places[n] : [0, height];
+      if (!signal.text) curve(pen, signal, n, place, size, tint);
+      if (!signal.folded) texts(pen, signal, frame.lanes ? place : places[n], size, tint);
     });
+    for (const [at, text] of frame.alarms) upright(pen, at, size, tint.alarm, [], text, 8);
+    upright(pen, frame.cursors[0], size, tint.act, [], "A");
+    upright(pen, frame.cursors[1], size, tint.act, [6, 3], "B");
+    upright(pen, frame.trigger, size, tint["ink-2"], [2, 2], "T");
+    if (frame.now < 1) upright(pen, frame.now, size, tint.act, [], "");
+    axis(plot, frame, marks, width, tint);
+    write(plot.querySelector(".scope-hush"), frame.hush);
+  }
+
+  function axis(plot, frame, marks, width, tint) {
+    const pen = ready(plot.querySelector(".scope-axis"), width, AXIS);
+    pen.fillStyle = tint["ink-2"];
+    pen.font = "12px Roboto, sans-serif";
+    pen.textBaseline = "middle";
+    pen.textAlign = "center";
+    const unit = pen.measureText(frame.axis).width + 8;
+    for (const [at, text] of marks) {
+      const half = pen.measureText(text).width / 2, x = at * width;
+      if (x > half && x + half < width - unit) pen.fillText(text, x, AXIS / 2);
+    }
+    pen.textAlign = "right";
+    pen.fillText(frame.axis, width - 4, AXIS / 2);
+  }
+
+  // Returns the number of the lane at a height in pixels.
+  function laneAt(plot, y) {
+    const places = lanes(last, plot.clientHeight - AXIS);
+    return Math.max(places.filter(([top]) => top <= y).length - 1, 0);
   }
 
   // Input of the user
@@ -140,12 +218,18 @@ window.axistwinScope = (() => {
       setTimeout(() => attach(id), 50);
       return;
     }
+    const body = made("div", "scope-body", plot), list = made("ul", "scope-names", body), area = made("div", "scope-area", body);
+    made("canvas", "", area);
+    made("div", "scope-hush quiet", area);
+    made("canvas", "scope-axis", plot);
+    reordered(list);
+    theme = null;
     const fingers = new Map();
-    let lane = null, began = null, moved = 0, held = "", apart = 0, factor = 1, shift = 0, at = 0.5, asked = 0, row = null;
-    const width = () => Math.max(plot.clientWidth - LEFT - RIGHT, 1);
-    const place = (event) => Math.min(Math.max((event.clientX - plot.getBoundingClientRect().left - LEFT) / width(), 0), 1);
+    let began = null, moved = 0, held = "", apart = 0, factor = 1, shift = 0, at = 0.5, asked = 0, row = null;
+    const width = () => Math.max(area.clientWidth, 1);
+    const place = (event) => Math.min(Math.max((event.clientX - area.getBoundingClientRect().left) / width(), 0), 1);
     // Returns the number of the lane under the pointer; null while the signals are overlaid.
-    const under = (event) => (last?.lanes ? laneAt(event.clientY - plot.getBoundingClientRect().top, plot.clientHeight) : null);
+    const under = (event) => (last?.lanes ? laneAt(plot, event.clientY - area.getBoundingClientRect().top) : null);
     const later = () => {  // at most one message per frame of the browser
       asked = asked || requestAnimationFrame(() => {
         if (factor !== 1) tell({ do: "zoom", factor, place: at });
@@ -153,11 +237,15 @@ window.axistwinScope = (() => {
         [factor, shift, asked] = [1, 0, 0];
       });
     };
-    new ResizeObserver(() => tell({ do: "size", pixels: width() })).observe(plot);
+    new ResizeObserver(() => {
+      tell({ do: "size", pixels: width() });
+      if (last) draw(id, last);
+    }).observe(plot);
+    new MutationObserver(() => { theme = null; if (last) draw(id, last); }).observe(document.body, { attributeFilter: ["class"] });
     new IntersectionObserver((seen) => tell({ do: "seen", seen: seen[seen.length - 1].isIntersecting }),
       { rootMargin: "800px" }).observe(plot);
 
-    plot.addEventListener("wheel", (event) => {
+    area.addEventListener("wheel", (event) => {
       event.preventDefault();
       at = place(event);
       if (event.shiftKey || Math.abs(event.deltaX) > Math.abs(event.deltaY)) shift += (event.deltaX || event.deltaY) / width();
@@ -165,18 +253,15 @@ window.axistwinScope = (() => {
       later();
     }, { passive: false });
 
-    plot.addEventListener("pointerdown", (event) => {
-      plot.setPointerCapture(event.pointerId);
+    area.addEventListener("pointerdown", (event) => {
+      area.setPointerCapture(event.pointerId);
       fingers.set(event.pointerId, event);
       began = event.clientX;
       moved = 0;
       held = fingers.size > 1 ? "" : near(place(event));
-      const where = event.clientY - plot.getBoundingClientRect().top;
-      lane = last?.lanes && fingers.size === 1 && event.clientX - plot.getBoundingClientRect().left < NAMES
-        ? [laneAt(where, plot.clientHeight), event.clientY] : null;
       apart = distance();
     });
-    plot.addEventListener("pointermove", (event) => {
+    area.addEventListener("pointermove", (event) => {
       const before = fingers.get(event.pointerId);
       if (!before) {
         hover(place(event));
@@ -196,18 +281,12 @@ window.axistwinScope = (() => {
       }
     });
     const release = (event) => {
-      const high = event.clientY - plot.getBoundingClientRect().top;
-      if (lane && event.type === "pointerup" && moved <= CLICK && Math.abs(event.clientY - lane[1]) > 2 * CLICK) {
-        tell({ do: "lane", lane: lane[0], to: laneAt(high, plot.clientHeight) });
-        moved = CLICK + 1;
-      }
-      lane = null;
       if (fingers.delete(event.pointerId) && event.type === "pointerup" && moved <= CLICK)
         tell({ do: "click", place: place(event), other: event.shiftKey, lane: under(event) });
       if (!fingers.size) setTimeout(() => { held = ""; }, 60);
     };
-    plot.addEventListener("pointerup", release);
-    plot.addEventListener("pointercancel", release);
+    area.addEventListener("pointerup", release);
+    area.addEventListener("pointercancel", release);
     plot.addEventListener("keydown", (event) => {
       if (event.ctrlKey || event.metaKey || !KEYS.has(event.key)) return;
       event.preventDefault();
@@ -219,7 +298,7 @@ window.axistwinScope = (() => {
       pointed = where;
       pointing = pointing || setTimeout(() => { pointing = 0; tell({ do: "hover", place: pointed }); }, 100);
     }
-    plot.addEventListener("pointerleave", () => hover(null));
+    area.addEventListener("pointerleave", () => hover(null));
 
     function distance() {
       const [one, other] = [...fingers.values()];
@@ -229,6 +308,21 @@ window.axistwinScope = (() => {
       const found = (last?.cursors ?? []).findIndex((cursor) => cursor !== null && Math.abs(cursor - where) * width() < NEAR);
       return ["a", "b"][found] ?? "";
     }
+  }
+
+  // Lets the user drag lanes by their names.
+  function reordered(list) {
+    let lane = null;
+    const row = (event) => [...list.children].findIndex((each) => {
+      const { top, bottom } = each.getBoundingClientRect();
+      return event.clientY >= top && event.clientY < bottom;
+    });
+    list.addEventListener("pointerdown", (event) => { lane = row(event); list.setPointerCapture(event.pointerId); });
+    list.addEventListener("pointerup", (event) => {
+      const to = row(event);
+      if (lane !== null && lane >= 0 && to >= 0 && to !== lane) tell({ do: "lane", lane, to });
+      lane = null;
+    });
   }
   const KEYS = new Set(["+", "-", "=", "ArrowLeft", "ArrowRight", "a", "b", "A", "B", ",", ".", "<", ">", " ", "Home", "Escape", "l", "n", "p"]);
 

@@ -10,7 +10,7 @@ from typing import Any
 from nicegui import events, run, ui
 
 from axistwin.core.errors import AxistwinError
-from axistwin.core.units import to_seconds
+from axistwin.core.units import S, to_seconds
 from axistwin.scenes.sessions.session import Session
 from axistwin.ui.panel.actions import State
 from axistwin.ui.panel.context import Context, Refresh, complain
@@ -19,10 +19,12 @@ from axistwin.ui.panel.people import Person
 from axistwin.ui.panel.scope import frames
 from axistwin.ui.panel.scope.recorder import Recorder
 from axistwin.ui.panel.scope.saving import PICTURES, TRACES, exact_ns, saved
-from axistwin.ui.panel.scope.screen import MOST_SHOWN, PIXELS, Screen, first_choice
+from axistwin.ui.panel.scope.screen import FIRST_SHOWN, PIXELS, Screen, first_choice
 from axistwin.ui.panel.turns import breathe
 from axistwin.ui.panel.views import scope_controls as controls
+from axistwin.ui.panel.views.operator import inscriptions
 
+FIRST_SPAN_NS = 5 * S
 READOUT_EVERY = 5  # Number of frames between two updates of the table of measurements.
 
 
@@ -30,7 +32,7 @@ class Scopes:
     """The oscilloscope screens of all users, and the recorder of the shown signals."""
 
     def __init__(self, session: Session) -> None:
-        self.recorder = Recorder()
+        self.recorder = Recorder(inscriptions(session.operator))
         self.drawn = 0  # Number of screens that have been sent to browsers; used by tests.
         self.saving = asyncio.Lock()
         self._pages: dict[Screen, int] = {}
@@ -40,9 +42,9 @@ class Scopes:
         """Count a newly opened page of this user, and return the user's screen; a new screen shows motion signals."""
         screen = person.settings.get("scope")
         if not isinstance(screen, Screen):
-            screen = person.settings["scope"] = Screen(self.recorder)
+            screen = person.settings["scope"] = Screen(self.recorder, span_ns=FIRST_SPAN_NS)
             signals = list(self.recorder.signals.values())
-            screen.names = tuple(self.recorder.presets.get("Scene", first_choice(signals))[:MOST_SHOWN])
+            screen.names = tuple(self.recorder.presets.get("Scene", first_choice(signals))[:FIRST_SHOWN])
         self._pages[screen] = self._pages.get(screen, 0) + 1
         breathe()
         try:
@@ -63,7 +65,7 @@ def scope(context: Context) -> Refresh:
     screen = all_.come(context.person)
     breathe()
     ui.context.client.on_delete(lambda: all_.go(screen))
-    with ui.card().classes("scope").props("role=region aria-label=oscilloscope").mark("scope"):
+    with ui.element("div").classes("scope").mark("scope"):
         return _Scope(context, screen, all_).refresh
 
 
@@ -75,14 +77,16 @@ class _Scope:
         self._drawn: object = None
         self._frames = 0
         self._views: list[Refresh] = []
-        for control in (partial(controls.head, save=self.save, runs=self._runs), controls.choice, controls.trigger):
-            self._views.append(control(screen))
-            breathe()
-        self.plot = ui.echart({"series": []}).classes("scope-plot").mark("scope-plot")
-        self.plot.props(f'tabindex=0 role=application aria-label="Oscilloscope. {HELP}" data-test=scope-plot')
-        ui.label(HELP).classes("hint")
-        breathe()
-        self._views.append(controls.readout(screen, self._shows_numbers))
+        with ui.element("div").classes("scope-bar"):
+            for control in (
+                partial(controls.head, runs=self._runs), controls.choice, controls.trigger, controls.arrange,
+                partial(controls.measuring, shows_numbers=self._shows_numbers),
+            ):  # fmt: skip
+                self._views.append(control(screen))
+                breathe()
+            controls.save_menu(self.save)
+        self.plot = ui.element("div").classes("scope-plot").mark("scope-plot")
+        self.plot.props(f'tabindex=0 role=application aria-label="Oscilloscope. {controls.HELP}" data-test=scope-plot')
         breathe()
         ui.on("scope", self._done)
         self._client.run_javascript(f"axistwinScope.attach({self.plot.id})")
@@ -104,7 +108,7 @@ class _Scope:
         screen.pixels = self._pixels
         state = (
             screen.edges, screen.names, screen.pixels, screen.lanes, screen.cursors.a_ns, screen.cursors.b_ns,
-            tuple(sorted(screen.folded)), tuple(screen.titles.items()), screen.hit_ns,
+            screen.folded_now, tuple(screen.titles.items()), screen.hit_ns, screen.pointer,
             screen.frozen is None and screen.recorder.version, screen.record.now_ns, id(screen.record),
         )  # fmt: skip
         if state != self._drawn:
@@ -197,11 +201,6 @@ class _Scope:
         ui.download.content(data, f"scope{suffix}")
 
 
-HELP = (
-    "Wheel or two fingers: zoom. Drag: shift. Click: set a cursor. Keys: + and − zoom, arrows shift, space pauses, "
-    "Home shows all, a and b select a cursor, Shift with arrows moves the cursor, comma and full stop move the cursor "
-    "to an edge, p and n show the previous and the next activity."
-)
 KEYS: dict[str, Callable[[Screen], object]] = {
     "+": lambda screen: screen.zoom(0.5), "=": lambda screen: screen.zoom(0.5), "-": lambda screen: screen.zoom(2.0),
     "a": lambda screen: controls.activate(screen, "a"), "b": lambda screen: controls.activate(screen, "b"),

@@ -19,7 +19,14 @@ from axistwin.ui.panel.scope.screen import MOST_SHOWN, SPANS_NS, Screen, searche
 from axistwin.ui.panel.scope.tracks import Words
 from axistwin.ui.panel.scope.triggers import MODES, OFF, SINGLE, SLOPES
 from axistwin.ui.panel.turns import breathe
+from axistwin.ui.panel.views.parts import TOGGLE
 
+DIVISIONS = 10  # Parts of the screen for which the time base is told.
+HELP = (
+    "Wheel or two fingers: zoom. Drag: shift. Click: set a cursor. Keys: + and − zoom, arrows shift, space freezes, "
+    "Home shows all, a and b select a cursor, Shift with arrows moves the cursor, comma and full stop move the cursor "
+    "to an edge, p and n show the previous and the next activity."
+)
 MOST_FOUND = 60
 UNKNOWN = "–"
 MOST_TITLE = 40  # Largest number of characters in the title of a lane.
@@ -37,33 +44,37 @@ def attempt(action: Callable[[], object]) -> bool:
     return True
 
 
-def head(screen: Screen, save: Save, runs: Callable[[], bool]) -> Refresh:
-    with ui.row().classes("scope-row"):
-        ui.label("Oscilloscope").classes("scope-title")
-        pause = ui.button("Pause", on_click=lambda: screen.pause() if screen.frozen is None else screen.live())
-        pause.props("dense no-caps data-test=scope-pause").mark("scope-pause")
-        breathe()
-        refresh_time = _time_base(screen)
-        breathe()
-        all_ = ui.button("All", on_click=screen.fit).props("dense flat no-caps aria-label='complete record'")
-        all_.mark("scope-all").tooltip("Complete record")
-        for icon, forward, what in (
-            ("keyboard_double_arrow_left", False, "previous activity"),
-            ("keyboard_double_arrow_right", True, "next activity"),
-        ):
-            jump = ui.button(icon=icon, on_click=lambda f=forward: screen.jump(f))
-            jump.props(f"dense flat round aria-label='{what}'").mark(f"scope-{what.replace(' ', '-')}").tooltip(what)
-        breathe()
-        lanes = ui.toggle({True: "Lanes", False: "Overlaid"}, value=screen.lanes).props("dense no-caps")
-        refresh_lanes = kept(lanes.mark("scope-lanes"), screen, "lanes")
-        breathe()
-        _save_menu(save)
-        state = ui.label().classes("scope-state").props("role=status").mark("scope-state")
+FLAT = "dense flat no-caps"
+MENU = f"{FLAT} icon-right=arrow_drop_down"
+
+
+def head(screen: Screen, runs: Callable[[], bool]) -> Refresh:
+    """Build title, Freeze, time base, and the steps to other activity."""
+    ui.label("Oscilloscope").classes("scope-title").props("role=heading aria-level=2")
+    freeze = ui.button(
+        "Freeze", icon="pause", on_click=lambda: screen.pause() if screen.frozen is None else screen.live()
+    )
+    freeze.props(f"{FLAT} data-test=scope-pause").classes("scope-freeze").mark("scope-pause")
+    breathe()
+    refresh_time = _time_base(screen)
+    breathe()
+    all_ = ui.button("All", on_click=screen.fit).props(f"{FLAT} aria-label='complete record'")
+    all_.mark("scope-all").tooltip("Complete record")
+    for icon, forward, what in (
+        ("keyboard_double_arrow_left", False, "previous activity"),
+        ("keyboard_double_arrow_right", True, "next activity"),
+    ):
+        jump = ui.button(icon=icon, on_click=lambda f=forward: screen.jump(f)).props(f"{FLAT} aria-label='{what}'")
+        jump.classes("scope-icon").mark(f"scope-{what.replace(' ', '-')}").tooltip(what)
+    breathe()
+    state = ui.label().classes("scope-state quiet").props("role=status").mark("scope-state")
 
     def refresh() -> None:
         refresh_time()
-        refresh_lanes()
-        pause.text = "Pause" if screen.frozen is None else "Live"
+        text = "Freeze" if screen.frozen is None else "Live"
+        if freeze.text != text:
+            freeze.text = text
+            freeze.set_icon("pause" if text == "Freeze" else "play_arrow")
         state.text = _state(screen, runs())
 
     return refresh
@@ -73,11 +84,11 @@ def _state(screen: Screen, runs: bool) -> str:
     if screen.waiting:
         on = screen.trigger.signal
         return f"waiting for an edge of {on}" if on else "the trigger has no signal"
-    paused = "" if screen.frozen is None else "view paused; the bench runs" if runs else "view paused"
+    frozen = "" if screen.frozen is None else "frozen; the bench runs" if runs else "frozen"
     if screen.begin_ns <= max(screen.edges[0], 0):
-        return paused
+        return frozen
     since = f"recorded from {to_seconds(screen.begin_ns):.6g} s on: to see earlier changes, go back to 0 and run again"
-    return f"{paused}; {since}" if paused else since
+    return f"{frozen}; {since}" if frozen else since
 
 
 def _time_base(screen: Screen) -> Refresh:
@@ -85,75 +96,83 @@ def _time_base(screen: Screen) -> Refresh:
         place = min(max(bisect_left(SPANS_NS, screen.span_ns) + steps, 0), len(SPANS_NS) - 1)
         screen.zoom(SPANS_NS[place] / screen.span_ns, 0.5 if screen.frozen is not None else 1.0)
 
-    def turned() -> None:
-        if knob.value is not None and round(knob.value) != bisect_left(SPANS_NS, screen.span_ns):
-            screen.zoom(SPANS_NS[round(knob.value)] / screen.span_ns, 0.5 if screen.frozen is not None else 1.0)
-
-    shorter = ui.button(icon="remove", on_click=lambda: turn(-1)).props("dense flat round aria-label='shorter time'")
-    shorter.mark("scope-shorter")
-    knob = ui.knob(bisect_left(SPANS_NS, screen.span_ns), min=0, max=len(SPANS_NS) - 1, step=1, on_change=turned)
-    knob.props("aria-label='time base' size=2.4rem track-color=grey-4").mark("scope-time")
-    longer = ui.button(icon="add", on_click=lambda: turn(1)).props("dense flat round aria-label='longer time'")
-    longer.mark("scope-longer")
+    shorter = ui.button(icon="remove", on_click=lambda: turn(-1)).props(f"{FLAT} aria-label='shorter time'")
+    shorter.classes("scope-icon").mark("scope-shorter")
     label = ui.label().classes("scope-span").mark("scope-span")
+    longer = ui.button(icon="add", on_click=lambda: turn(1)).props(f"{FLAT} aria-label='longer time'")
+    longer.classes("scope-icon").mark("scope-longer")
 
     def refresh() -> None:
-        label.text = duration(float(f"{screen.span_ns:.4g}"))
-        place = bisect_left(SPANS_NS, screen.span_ns)
-        if knob.value != place and place < len(SPANS_NS):
-            knob.value = place
+        label.text = f"{duration(float(f'{screen.span_ns / DIVISIONS:.4g}'))} a division"
 
     return refresh
 
 
-def _save_menu(save: Save) -> None:
-    with (
-        ui.button("Save", icon="download").props("dense flat no-caps data-test=scope-save").mark("scope-save"),
-        ui.menu(),
-    ):
+def save_menu(save: Save) -> None:
+    """Build the menu of files, and the button that gives the oscilloscope the whole window."""
+    with ui.button("Save").props(f"{MENU} data-test=scope-save").mark("scope-save"), ui.menu():
         for whole, what in ((False, "visible window"), (True, "complete record")):
             for suffix in (*TRACES, *PICTURES):
                 breathe()
                 item = ui.menu_item(f"{what}, {suffix}", on_click=lambda s=suffix, w=whole: save(s, w))
                 item.props("role=menuitem").mark(f"scope-save-{'all' if whole else 'seen'}{suffix}")
+    full = (
+        ui.button(icon="fullscreen").props(f"{FLAT} aria-label='whole window'").classes("scope-icon").mark("scope-full")
+    )
+    full.on("click", js_handler="() => document.querySelector('.scope-card').classList.toggle('whole')")
 
 
 def choice(screen: Screen) -> Refresh:
+    """Build the menus of signals and of presets."""
+
     def take() -> None:
         attempt(lambda: screen.choose(split(wanted.value)))
 
-    with ui.row().classes("scope-row"):
-        wanted = ui.input("Signals", placeholder="*.X.velocity, if1.*says").on("keydown.enter", take)
-        wanted.props("dense data-test=scope-signals").classes("scope-wanted").mark("scope-signals")
+    signals = ui.button("Signals").props(MENU).classes("scope-first").mark("scope-list")
+    with signals, ui.menu().props("no-focus"), ui.element("div").classes("scope-list"):
+        with ui.element("div").classes("with-button"):
+            wanted = ui.input("Signals", placeholder="*.X.velocity, if1.*says").on("keydown.enter", take)
+            wanted.props("dense outlined data-test=scope-signals").mark("scope-signals")
+            ui.button("Show", on_click=take).props("outline dense no-caps").mark("scope-show")
         breathe()
-        ui.button("Show", on_click=take).props("dense no-caps").mark("scope-show")
-        breathe()
-        with ui.button("Presets").props("dense flat no-caps").mark("scope-presets"), ui.menu():
-            for title in screen.recorder.presets:
-                breathe()
-                item = ui.menu_item(title, on_click=lambda t=title: attempt(lambda: _preset(screen, t)))
-                item.props("role=menuitem").mark(f"scope-preset-{title}")
-        with ui.button("Arrange").props("dense flat no-caps").mark("scope-arrange") as arrange:
-            build_lanes = _lanes(screen)
-        arrange.on_click(lambda: build_lanes())
-        with ui.button("List", icon="list").props("dense flat no-caps").mark("scope-list"), ui.menu():
-            _list(screen)
+        _list(screen)
+    with ui.button("Presets").props(MENU).mark("scope-presets"), ui.menu():
+        for title in screen.recorder.presets:
+            breathe()
+            item = ui.menu_item(title, on_click=lambda t=title: attempt(lambda: _preset(screen, t)))
+            item.props("role=menuitem").mark(f"scope-preset-{title}")
     shown: list[tuple[str, ...]] = []
 
     def refresh() -> None:
         if shown != [screen.names]:
             shown[:] = [screen.names]
             wanted.value = ", ".join(screen.names)
-            build_lanes(anew=False)
+
+    return refresh
+
+
+def arrange(screen: Screen) -> Refresh:
+    """Build the menu of lanes: side by side or overlaid, their order, titles and folds."""
+    button = ui.button("Lanes").props(MENU).mark("scope-arrange")
+    with button, ui.menu().props("no-focus"), ui.element("div").classes("scope-list"):
+        lanes = ui.toggle({True: "Lanes", False: "Overlaid"}, value=screen.lanes).props(TOGGLE)
+        refresh_lanes = kept(lanes.mark("scope-lanes"), screen, "lanes")
+        ui.label("Lanes can also be dragged by their names").classes("quiet")
+        build = _lanes(screen)
+    button.on_click(lambda: build())
+    shown: list[tuple[str, ...]] = []
+
+    def refresh() -> None:
+        refresh_lanes()
+        if shown != [screen.names]:
+            shown[:] = [screen.names]
+            build(anew=False)
 
     return refresh
 
 
 def _lanes(screen: Screen) -> Callable[..., None]:
     """Build the menu of lanes; return a function that builds its rows; `anew=False`: only if built before."""
-
-    def set_folded(name: str, folded: bool) -> None:
-        (screen.folded.add if folded else screen.folded.discard)(name)
 
     def rename(name: str, title: str) -> None:
         screen.titles[name] = " ".join(title.split())[:MOST_TITLE]
@@ -165,16 +184,14 @@ def _lanes(screen: Screen) -> Callable[..., None]:
                 for icon, to, what in (("arrow_upward", place - 1, "up"), ("arrow_downward", place + 1, "down")):
                     arrow = ui.button(icon=icon, on_click=lambda p=place, t=to: screen.move_lane(p, t))
                     arrow.props(f"dense flat round aria-label='{name} {what}'").mark(f"scope-{what}-{name}")
-                fold = ui.switch("fold", value=name in screen.folded).props(f"dense aria-label='fold {name}'")
-                fold.on_value_change(lambda event, n=name: set_folded(n, bool(event.value)))
+                fold = ui.switch("fold", value=name in screen.folded_now).props(f"dense aria-label='fold {name}'")
+                fold.on_value_change(lambda event, n=name: screen.folded.update({n: bool(event.value)}))
                 fold.mark(f"scope-fold-{name}")
-                title = ui.input(name, value=screen.titles.get(name, "")).props("dense")
+                title = ui.input(name, value=screen.titles.get(name, "")).props("dense outlined")
                 title.on_value_change(lambda event, n=name: rename(n, event.value or ""))
                 title.mark(f"scope-title-{name}")
 
-    with ui.menu(), ui.column().classes("scope-list"):
-        ui.label("Lanes can also be dragged by their names").classes("hint")
-        rows = ui.column().classes("scope-lanes")
+    rows = ui.element("div").classes("scope-lanes")
 
     def build(anew: bool = True) -> None:
         if anew or rows.default_slot.children:
@@ -205,30 +222,31 @@ def _list(screen: Screen) -> None:
             box.on_value_change(lambda event, name=signal.full: set_shown(name, bool(event.value)))
             box.props("dense").mark(f"scope-box-{signal.full}")
         if len(signals) > MOST_FOUND:
-            ui.label(f"and {len(signals) - MOST_FOUND} more: search for a part of the name").classes("hint")
+            ui.label(f"and {len(signals) - MOST_FOUND} more: search for a part of the name").classes("quiet")
 
-    with ui.column().classes("scope-list"):
-        search = ui.input("Search", placeholder="part of a name, or *", on_change=lambda: found.refresh())
-        search.props("dense clearable").mark("scope-search")
-        ui.label(f"{MOST_SHOWN} at most").classes("hint")
-        found()
+    search = ui.input("Search", placeholder="part of a name, or *", on_change=lambda: found.refresh())
+    search.props("dense outlined clearable").mark("scope-search")
+    ui.label(f"{MOST_SHOWN} at most").classes("quiet")
+    found()
 
 
 def trigger(screen: Screen) -> Refresh:
+    """Build the menu of the trigger; its mode is on the button."""
     settings = screen.trigger
-    with ui.row().classes("scope-row"):
+    button = ui.button().props(MENU).mark("scope-trigger-menu")
+    with button, ui.menu().props("no-focus"), ui.element("div").classes("scope-list"):
         refresh_mode = _mode(screen)
         breathe()
         signal = ui.select(_names(screen), label="on", value=settings.signal)
-        signal.props("dense options-dense").classes("scope-on").mark("scope-trigger-signal")
+        signal.props("dense options-dense outlined").mark("scope-trigger-signal")
         slope = ui.select(list(SLOPES), label="edge", value=settings.slope)
-        slope.props("dense options-dense").mark("scope-slope")
+        slope.props("dense options-dense outlined").mark("scope-slope")
         breathe()
-        value = ui.number("at", value=settings.value).props("dense").mark("scope-value")
-        ui.label("place").classes("hint")
+        value = ui.number("at", value=settings.value).props("dense outlined").mark("scope-value")
+        ui.label("place on the screen").classes("quiet")
         place = ui.slider(min=0, max=1, step=0.05, value=settings.place).props("aria-label='place of the edge'")
-        place.classes("scope-place").mark("scope-place")
-        arm = ui.button("Arm", on_click=screen.live).props("dense no-caps").mark("scope-arm")
+        place.mark("scope-place")
+        arm = ui.button("Arm", on_click=screen.live).props("outline dense no-caps").mark("scope-arm")
     fields: dict[str, ValueElement[Any]] = {"signal": signal, "slope": slope, "value": value, "place": place}
     refresh_fields = together(*(kept(field, settings, name, screen.arm) for name, field in fields.items()))
 
@@ -236,6 +254,7 @@ def trigger(screen: Screen) -> Refresh:
         names = _names(screen)
         if signal.options != names:
             signal.set_options(names)
+        button.text = f"Trigger: {settings.mode}"
         refresh_mode()
         refresh_fields()
         for field in (signal, slope, value, place):
@@ -254,7 +273,7 @@ def _mode(screen: Screen) -> Refresh:
         screen.arm()
 
     mode = ui.select(list(MODES), label="Trigger", value=settings.mode)
-    mode.props("dense options-dense").mark("scope-trigger")
+    mode.props("dense options-dense outlined").mark("scope-trigger")
     return kept(mode, settings, "mode", arm)
 
 
@@ -301,24 +320,31 @@ COLUMNS = [
 ]
 
 
-def readout(screen: Screen, shows_numbers: Callable[[], bool]) -> Refresh:
-    with ui.row().classes("scope-row"):
-        for which in ("a", "b"):
-            button = ui.button(which.upper(), on_click=lambda w=which: activate(screen, w))
-            button.props(f"dense no-caps aria-label='cursor {which.upper()}'").mark(f"scope-cursor-{which}")
-        for icon, forward, what in (("navigate_before", False, "edge before"), ("navigate_next", True, "next edge")):
-            step = ui.button(icon=icon, on_click=lambda f=forward: screen.jump_cursor(f))
-            step.props(f"dense flat round aria-label='{what}'").mark(f"scope-{what.replace(' ', '-')}").tooltip(what)
-        snap = ui.switch("to edges", value=screen.cursors.snap).props("dense").mark("scope-snap")
-        refresh_snap = kept(snap, screen.cursors, "snap")
+def measuring(screen: Screen, shows_numbers: Callable[[], bool]) -> Refresh:
+    """Build the menu of the cursors, with the table of measurements."""
+    with ui.button("Cursors").props(MENU).mark("scope-cursors"), ui.menu().props("no-focus") as menu:
+        menu.classes("scope-measures")
+        with ui.row().classes("scope-row"):
+            for which in ("a", "b"):
+                button = ui.button(which.upper(), on_click=lambda w=which: activate(screen, w))
+                button.props(f"outline dense no-caps aria-label='cursor {which.upper()}'").mark(f"scope-cursor-{which}")
+            for icon, forward, what in (
+                ("navigate_before", False, "edge before"),
+                ("navigate_next", True, "next edge"),
+            ):
+                step = ui.button(icon=icon, on_click=lambda f=forward: screen.jump_cursor(f))
+                step.props(f"{FLAT} aria-label='{what}'").classes("scope-icon").mark(f"scope-{what.replace(' ', '-')}")
+            snap = ui.switch("to edges", value=screen.cursors.snap).props("dense").mark("scope-snap")
+            refresh_snap = kept(snap, screen.cursors, "snap")
+            breathe()
+            ui.button("Clear", on_click=lambda: clear_cursors(screen)).props(FLAT).mark("scope-clear")
         breathe()
-        ui.button("Clear", on_click=lambda: clear_cursors(screen)).props("dense flat no-caps").mark("scope-clear")
-        times = ui.label().classes("scope-times").mark("scope-times")
-    breathe()
-    table = ui.table(columns=COLUMNS, rows=[], row_key="name").props(
-        "dense flat hide-pagination :rows-per-page-options=[0]"
-    )
-    table.classes("scope-readout").mark("scope-readout")
+        table = ui.table(columns=COLUMNS, rows=[], row_key="name")
+        table.props("dense flat hide-pagination :rows-per-page-options=[0]").classes("scope-readout").mark(
+            "scope-readout"
+        )
+        ui.label(HELP).classes("quiet scope-help")
+    times = ui.label().classes("scope-times").mark("scope-times")
 
     def refresh() -> None:
         if not shows_numbers():
@@ -341,7 +367,7 @@ def _times(screen: Screen) -> str:
         told, active = [pointer, *told], active if told else ""
     if a_ns is not None and b_ns is not None:
         told += [f"B − A {duration(b_ns - a_ns)}", f"1/(B − A) {rate(b_ns - a_ns)}"]
-    return "   ".join(filter(None, [*told, active])) if told else "no cursors: click, or press a and b"
+    return "   ".join(filter(None, [*told, active])) if told else ""
 
 
 def _row(screen: Screen, name: str) -> dict[str, str]:
