@@ -7,6 +7,7 @@ from axistwin.bench.faults.kinds import KINDS
 from axistwin.bench.faults.table import On, Sort
 from axistwin.controllers.registry import OURS
 from axistwin.ui.panel.views.faults import faults, power
+from axistwin.ui.panel.views.pins import pins
 
 from .showing import bench_of, shown
 
@@ -107,12 +108,12 @@ def test_the_list_shows_the_faults_of_whatever_bench_there_is(visit):
 def test_the_power_switch(visit, model):
     assert visit.pressed(f"{model}-power")
     visit.press(f"{model}-power")
-    assert not visit.bench[model].powered and visit.found(f"{model}-power").text == "power: off"
+    assert not visit.bench[model].powered and visit.found(f"{model}-power").text == "Power off"
     visit.press(f"{model}-power")
     assert visit.bench[model].powered
 
 
-@shown(power, "smartmotor")
+@shown(pins, "smartmotor")
 def test_the_temperature_around_a_motor(visit):
     assert visit.found("smartmotor-ambient").value == 25
     visit.choose("smartmotor-ambient", 40)

@@ -9,7 +9,7 @@ from axistwin import Session
 from axistwin.ui.panel import layout
 from axistwin.ui.panel.context import Common, Context
 from axistwin.ui.panel.people import People
-from axistwin.ui.panel.views.table import table
+from axistwin.ui.panel.views.table import tool_choice
 
 from .showing import bench_of, show_to
 
@@ -47,8 +47,8 @@ def test_a_stored_tool_that_this_machine_does_not_have_is_not_selected():
     chosen = []
 
     def view(context):
-        refresh = table(context, "if1")
-        return lambda: refresh(True)
+        tool_choice(context, "if1")
+        return lambda: None
 
     show_to(context, view, lambda visit: chosen.append(visit.found("if1 tool").value))
     assert chosen == ["output1"]

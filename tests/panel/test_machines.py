@@ -134,7 +134,7 @@ def test_a_shaft_turns_by_its_motors_pulses_a_turn(visit):
 @shown(machines, "if1")
 def test_where_the_pulses_of_a_turn_are_not_known_no_turns_are_told(visit):
     assert ("turns", "text") not in seen(visit, "if1.X")
-    assert "drawn: 400 a turn" in visit.found("axis if1.X").props["art"]
+    assert "400 pulses a turn assumed" in visit.found("axis if1.X").props["art"]
 
 
 SERVO = {"motor": "frame23", "load": {"inertia_kg_m2": 1e-4}}
@@ -189,8 +189,8 @@ def test_a_servo_with_travel_is_a_slide_with_a_brake(visit):
 
 
 @shown(machines, "if1", X={**SLIDE, "units": {"per": 80, "of": "mm"}})
-def test_an_axis_with_a_unit_shows_both(visit):
+def test_an_axis_with_a_unit_shows_it_and_the_pulses_last(visit):
     go(visit.bench["if1"].axes["X"], -30)
     visit.run(0.02)
     assert written(visit, "if1.X", "place", "speed") == ["\u22120.25", "\u221212.50"]
-    assert written(visit, "if1.X", "position", "velocity") == ["\u221220", "\u22121\u2009000"]
+    assert written(visit, "if1.X", "position", "target") == ["\u221220", "\u22120.38"]

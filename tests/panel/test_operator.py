@@ -49,12 +49,13 @@ def test_a_button_is_pressed_while_it_is_held_and_a_latching_one_until_the_next_
     for down, up in (("pointerdown", "pointerup"), ("keydown.enter", "keyup.enter")):
         visit.trigger("operator-Start", down)
         assert pins["input1"].level and visit.pressed("operator-Start") == ["operator-Start"]
-        assert visit.found("operator-Start-level").text == "pressed, high"
+        assert visit.found("operator-Start-word").text == "pressed"
         visit.trigger("operator-Start", up)
-        assert not pins["input1"].level and visit.found("operator-Start-level").text == "free, low"
-    assert visit.found("operator-Stop-level").text == "free, high"
+        assert not pins["input1"].level and visit.found("operator-Start-word").text == "released"
+    assert visit.found("operator-Stop").props["title"] == "high"
     visit.press("operator-Stop")
     assert not pins["estop"].level and visit.pressed("operator-Stop") == ["operator-Stop"]
+    assert visit.found("operator-Stop-word").text == "pressed: click to release"
     visit.press("operator-Stop")
     assert pins["estop"].level and visit.pressed("operator-Stop") == []
     assert len([act for moment in context.session.journal for act in moment.acts]) == 6

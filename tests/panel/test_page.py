@@ -54,6 +54,8 @@ def of_another_family():
 @shown(whole, build=of_another_family)
 def test_a_controller_of_which_the_panel_knows_nothing_is_seen_and_touched(visit):
     visit.run(1.5)
+    visit.user.find("Front panel").click()
+    visit.frame()
     assert visit.found("if1-state-Registers").text == "waiting for ("
     visit.user.find("Pins").click()
     visit.frame()
@@ -78,6 +80,8 @@ def chained():
 @shown(whole, build=chained)
 def test_a_line_that_motors_share_has_a_terminal_of_its_own(visit):
     visit.run(1)
+    visit.user.find("both").click()
+    visit.frame()
     type_into(visit, "say-both", "RP")
     assert visit.messages == []
 
@@ -208,7 +212,7 @@ async def test_a_reload_loses_nothing(visit, monkeypatch, model, line):
     written.clear()
     await visit.reload()
     assert (visit.found("clock").text, visit.found("scope-signals").value, conversation()) == shown
-    assert visit.user.find("you drive")
+    assert visit.found("people").text == "you drive"
 
 
 @shown(terminal, "if1")

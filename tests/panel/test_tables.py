@@ -8,6 +8,7 @@ from nicegui.elements.scene import Scene
 from axistwin.sim.motion.profile import Profile, Segment
 from axistwin.ui.drawings.table import PIECE, PIECES
 from axistwin.ui.panel.views.machines import machines
+from axistwin.ui.panel.views.table import tool_choice
 
 from .showing import bench_of, show, shown
 
@@ -16,6 +17,7 @@ TABLE = bench_of("if2", X=TRAVEL, Y=TRAVEL)
 
 
 def at(context):
+    tool_choice(context, "if2")
     return machines(context, "if2")
 
 
@@ -103,8 +105,8 @@ def scenes(visit):
 @shown(at, build=TABLE)
 def test_three_dimensions_are_there_while_one_wants_them(visit):
     assert not scenes(visit)
-    visit.press("if2 3-D")
-    assert visit.context.person.settings["if2 3-D"] is True
+    visit.choose("if2 view", "solid")
+    assert visit.context.person.settings["if2 view"] == "solid"
     (scene,) = scenes(visit)
     go(visit, X=1000)
     before = [(thing.x, thing.y, thing.z) for thing in scene.objects.values()]
@@ -115,13 +117,13 @@ def test_three_dimensions_are_there_while_one_wants_them(visit):
     assert lower == [(0, 0, pytest.approx(-0.35))]
     assert [thing.name for thing in scene.objects.values()].count("hole") == 1
     visit.press("turn left")
-    visit.press("if2 3-D")
+    visit.choose("if2 view", "top")
     assert not scenes(visit)
 
 
 def test_whoever_wanted_three_dimensions_finds_them_again():
     def wanting(context):
-        context.person.settings["if2 3-D"] = True
+        context.person.settings["if2 view"] = "solid"
         return at(context)
 
     show(TABLE, wanting, lambda visit: visit.user.find(kind=Scene))

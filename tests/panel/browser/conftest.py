@@ -158,7 +158,6 @@ def machine(request, shown, tmp_path_factory):
 def driver(machine, visiting):
     """Open the driver's page for all tests of a machine, on a phone; later it is resized."""
     with visiting(machine[1], PHONE) as visit:
-        visit.page.get_by_text("you drive").wait_for()
         yield visit
 
 

@@ -3,44 +3,40 @@
 from playwright.sync_api import expect
 
 from .conftest import PHONE
-from .using import Panel, click, on, strike
+from .using import Panel, click, on
 
 NAME = "<img src=x onerror=window.wrong=1>"
 SHOWN = NAME[:30]
 
 
-def people(page):
-    click(page.get_by_role("button", name="drive").first)
-    return page.get_by_role("textbox", name="your name")
+def name_field(panel):
+    return panel.field("your name", panel.open(panel.page.locator(".more").get_attribute("aria-label")))
 
 
 @on("drill")
 def test_one_drives_and_another_sees_who_and_takes_over_and_names_are_words(machine, panel, visiting):
     panel.begin()
-    panel.say(people(panel.page), NAME)
+    panel.say(name_field(panel), NAME)
     panel.page.get_by_text(f"{SHOWN} — drives").wait_for()
-    strike(panel.page, "Escape")
+    panel.close()
     with visiting(machine[1], PHONE) as visit:
         second = Panel(machine[0], visit)
-        second.button(f"{SHOWN} drives").wait_for()
+        expect(second.button("more controls")).to_contain_text(f"{SHOWN} drives")
         click(second.button("Run"))
         second.message(f"{SHOWN} drives: press Drive to take over")
-        expect(second.state).to_have_text("paused")
-        click(second.button(f"{SHOWN} drives"))
-        click(second.button("Drive", visit.page))
-        strike(visit.page, "Escape")
-        second.button("you drive").wait_for()
+        second.paused()
+        click(second.button("Drive", second.open("more controls")))
+        expect(visit.page.get_by_text("you drive")).to_be_visible()
+        second.close()
         panel.message("drives now")
-        panel.button("you drive").wait_for(state="hidden")
-        click(second.button("more controls"))
-        click(second.button("event"))
+        expect(panel.button("more controls")).to_contain_text("visitor 2 drives")
+        click(second.open("Step").get_by_role("menuitem", name="event", exact=True))
         expect(panel.clock).not_to_have_text("0.000000 s")
         expect(second.clock).to_have_text(panel.clock.inner_text())
-        people(panel.page)
-        click(panel.button("Drive"))
-        strike(panel.page, "Escape")
+        click(panel.button("Drive", panel.open("more controls")))
+        panel.close()
         second.message(f"{SHOWN} drives now")
         for page in (panel.page, visit.page):
             assert page.evaluate("window.wrong") is None
-    panel.say(people(panel.page), "visitor 1")
-    strike(panel.page, "Escape")
+    panel.say(name_field(panel), "visitor 1")
+    panel.close()

@@ -41,7 +41,7 @@ def test_a_message_is_wrapped_before_the_steps_of_a_program(panel):
 @on("drill")
 def test_what_has_the_focus_is_seen_to_have_it(panel):
     panel.moving()
-    panel.page.get_by_role("link", name="to the machines").focus()
+    panel.page.get_by_role("link", name="to the machine").focus()
     for _ in range(20):
         panel.page.keyboard.press("Tab")
         assert panel.page.evaluate(RINGED) is True

@@ -25,15 +25,14 @@ QUIET = """async ([states, patience, frame]) => {
 AT = """() => {
   const visible = (each) => each?.getClientRects().length > 0;
   return {
-    folded: visible(document.querySelector('button.more')) && !visible(document.querySelector('.speed-box')),
     parts: [...document.querySelectorAll('.fold-title')].some(
       (each) => visible(each) && each.ariaExpanded === 'false'),
     open: [...document.querySelectorAll('.q-menu, .q-dialog')].some(visible),
-    drives: [...document.querySelectorAll('button')].some(
-      (each) => visible(each) && each.innerText.includes('you drive')),
+    drives: !document.querySelector('.more').innerText.includes('drives'),
     clock: document.querySelector('[data-test=clock]').innerText,
     state: document.querySelector('[data-test=state]').innerText,
-    speed: document.querySelector('[aria-label="times real time"]').value,
+    runs: !document.querySelector('.run').innerText.includes('Run'),
+    speed: document.querySelector('.speed').innerText.trim().split('\\n')[0],
   };
 }"""
 """Returns where a page is; one message to the browser instead of one for each question."""
@@ -107,8 +106,8 @@ class Panel:
         self.machine, self.facts = machine, FACTS[machine]
         self.visit, self.page = visit, visit.page
         self.clock = self.page.get_by_test_id("clock")
-        self.driving = self.page.get_by_role("toolbar", name="driving")
-        self.time = self.page.get_by_role("toolbar", name="time")
+        self.driving = self.page.get_by_role("group", name="driving")
+        self.header = self.page.get_by_role("banner")
         self.state = self.page.get_by_test_id("state")
 
     def button(self, name, within=None):
@@ -125,9 +124,36 @@ class Panel:
         return self.page.get_by_role("region", name=name, exact=True)
 
     def tab(self, who, name):
-        card = self.region(who)
+        """Open a tab of the conversation with a controller, which is chosen first if there are several."""
+        chosen = self.page.locator(".talk-with").get_by_role("tab", name=who, exact=True)
+        if chosen.is_visible():
+            click(chosen)
+        card = self.region(f"conversation of {who}")
         click(card.get_by_role("tab", name=name, exact=True))
         return card.get_by_role("tabpanel").last
+
+    def open(self, name, within=None):
+        """Open a menu by its button, and return it."""
+        self.close()
+        click(self.button(name, within))
+        return self.page.locator(".q-menu").last
+
+    def close(self):
+        menus = self.page.locator(".q-menu, .q-dialog")
+        if menus.first.is_visible():
+            strike(self.page, "Escape")
+            expect(menus).to_have_count(0)
+
+    def open_unused(self, who):
+        """Unfold the switches and lamps that are neither wired nor named."""
+        unused = self.region(who).locator("details.unused")
+        if unused.get_attribute("open") is None:
+            click(unused.locator("summary"))
+
+    def rarely(self, label, text):
+        """Type into a field of the menu of what is rarely used."""
+        self.say(self.field(label, self.open("more controls")), text)
+        self.close()
 
     def choose(self, label, option, within=None):
         click((within or self.page).get_by_role("combobox", name=label, exact=True))
@@ -144,11 +170,13 @@ class Panel:
 
     def paused(self, why=""):
         ready(self.page, "quiet")
-        expect(self.state).to_contain_text(f"paused{why}")
+        expect(self.button("Run", self.driving)).to_be_visible()
+        if why:
+            expect(self.state).to_contain_text(f"Paused{why}")
 
     def run(self):
         click(self.button("Run", self.driving))
-        expect(self.state).to_contain_text("running")
+        expect(self.button("Pause", self.driving)).to_be_visible()
 
     def pause(self):
         quiet(self.page)
@@ -157,7 +185,7 @@ class Panel:
         self.paused()
 
     def go_to(self, seconds):
-        self.say(self.field("go to this moment"), f"{seconds}")
+        self.rarely("go to this moment", f"{seconds}")
         expect(self.clock).to_have_text(f"{seconds:.6f} s")
         self.paused()
 
@@ -175,8 +203,8 @@ class Panel:
         """Run from time 0 until the machine is in the middle of a motion, unless it is paused there now."""
         ready(self.page)
         at = self.page.evaluate(AT)
-        usual = {"folded": False, "parts": False, "open": False, "drives": True, "speed": "max"}
-        if at != {**at, **usual, "state": f"paused: {self.facts.moving}"}:
+        usual = {"parts": False, "open": False, "drives": True, "speed": "Speed max", "runs": False}
+        if at != {**at, **usual, "state": f"Paused: {self.facts.moving}"}:
             self.begin()
             self.run_until(self.facts.moving)
 
@@ -185,37 +213,45 @@ class Panel:
         ready(self.page)
         at = self.page.evaluate(AT)
         if at["open"]:
-            strike(self.page, "Escape")
-        if at["folded"]:
-            click(self.button("more controls"))
+            self.close()
         if at["parts"]:
             self.page.evaluate(UNFOLD)
             quiet(self.page)
         if not at["drives"]:  # a failed test may have left another driver
-            click(self.page.get_by_role("button", name="drives").first)
-            click(self.button("Drive"))
-            strike(self.page, "Escape")
-        if not at["state"].startswith("paused"):
+            click(self.button("Drive", self.open("more controls")))
+            self.close()
+        if at["runs"]:
             self.pause()
-        if at["clock"] != "0.000000 s" or "replaying" in at["state"]:
+        if at["clock"] != "0.000000 s" or "Replay" in at["state"]:
             self.go_to(0)
-            click(self.button("Live from here"))
-            expect(self.state).to_have_text("paused")
-        if at["speed"] != "max":
+            self.live()
+        if at["speed"] != "Speed max":
             self.speed("max")
+
+    def live(self):
+        click(self.button("Live from here", self.page.get_by_role("group", name="next")))
+        expect(self.state).not_to_contain_text("Replay")
 
     def step(self, kind):
         before = self.clock.inner_text()
-        click(self.button(kind))
+        click(self.open("Step").get_by_role("menuitem", name=kind, exact=True))
         expect(self.clock).not_to_have_text(before)
         self.paused()
 
     def speed(self, text):
+        self.open(self.page.locator(".speed").inner_text().split("\n")[0])
         self.say(self.field("times real time"), text)
+        self.close()
 
     def run_until(self, sentence):
-        self.say(self.field("run until"), sentence)
+        self.rarely("run until", sentence)
         self.paused(f": {sentence}")
+
+    def signals(self, names):
+        """Choose the signals of the oscilloscope."""
+        self.open("Signals", self.region("oscilloscope"))
+        self.say(self.page.get_by_test_id("scope-signals"), names)
+        self.close()
 
 
 def number(text):

@@ -12,7 +12,6 @@ from time import perf_counter
 from fastapi import Request
 from nicegui import Client, background_tasks, events, ui
 
-from axistwin.bench import endpoints
 from axistwin.scenes.sessions.session import Session
 from axistwin.ui import conversation
 from axistwin.ui.drawings.of_axes import asset
@@ -20,20 +19,16 @@ from axistwin.ui.panel import layout
 from axistwin.ui.panel.actions import State
 from axistwin.ui.panel.context import Context, Refresh, careful
 from axistwin.ui.panel.memory import Memory, release
-from axistwin.ui.panel.outbound import Outbound, execute
+from axistwin.ui.panel.outbound import Outbound
 from axistwin.ui.panel.people import Person
 from axistwin.ui.panel.turns import TURN_S, breathe, in_turns
+from axistwin.ui.panel.views.beside import beside
 from axistwin.ui.panel.views.driving import driving
-from axistwin.ui.panel.views.faults import faults, power
-from axistwin.ui.panel.views.front import front
 from axistwin.ui.panel.views.machines import machines
 from axistwin.ui.panel.views.operator import operator
 from axistwin.ui.panel.views.parts import folded
-from axistwin.ui.panel.views.pins import pins
-from axistwin.ui.panel.views.program import program
 from axistwin.ui.panel.views.scope import scope
-from axistwin.ui.panel.views.tabs import Kinds, tabs
-from axistwin.ui.panel.views.terminal import terminal
+from axistwin.ui.panel.views.state import next_line
 
 FRAME_S = 0.05  # Shortest time between two frames of a page.
 PATIENCE_S = 30.0  # Longest time to wait until a browser has drawn a frame; the next frame is then sent.
@@ -41,8 +36,6 @@ KEPT_PAGES = 3  # Largest number of disconnected pages that are kept; the oldest
 SCRIPTS = "keys.js", "scope.js", "state.js"
 """Scripts of views; they are sent with the page, because a browser ignores scripts that are added later."""
 BEGIN = 'document.documentElement.lang = "en"; document.documentElement.classList.add("building")'
-LOAD = 'import("nicegui-echart")'
-"""JavaScript that loads a large library while the server builds the views."""
 BUILT = 'document.documentElement.classList.remove("building"); axistwinState.attach()'
 """JavaScript that shows the page after it has been built."""
 DRAWN = "await new Promise(requestAnimationFrame); axistwinState.show({state}, {handled})"
@@ -55,7 +48,6 @@ async def build_page(enter: Callable[[], Context]) -> None:
     a program that only fetches the URL needs no views.  The views are built in pieces, one page at a time; the bench
     runs between two pieces.
     """
-    ui.colors(primary="#2457c5", positive="#19a15f", negative="#d0342c", warning="#d98e04")
     ui.add_head_html(f"<script>{BEGIN}</script>")
     for script in (asset("parts.js"), conversation.asset("log.js"), *(_text("views", name) for name in SCRIPTS)):
         ui.add_head_html(f"<script>{script}</script>")
@@ -65,7 +57,6 @@ async def build_page(enter: Callable[[], Context]) -> None:
     await client.connected()  # This call waits until a browser connects, or until the page is deleted.
     if client.is_deleted:
         return
-    execute(client, LOAD)
     context = enter()
     visits = context.common(Visits)
     visits.begin(client, context.person)
@@ -162,54 +153,34 @@ def build_views(context: Context) -> Iterator[Refresh]:
 
 
 def _header(context: Context) -> Iterator[Refresh]:
-    with ui.header():
-        ui.link("to the machines", "#bench").classes("skip")
+    with ui.header(add_scroll_padding=False).classes("top"):
+        ui.link("to the machine", "#bench").classes("skip")
         yield driving(context)
 
 
 def _body(context: Context) -> Iterator[Refresh]:
-    columns = len(context.bench.controllers) + len(context.bench.lines)
-    with ui.element("div").classes("bench").props("id=bench tabindex=-1").style(f"--columns: {columns}"):
-        if context.session.operator.items:
-            with ui.card().classes("machine wide").props('role=region aria-label="operator panel"'):
-                yield operator(context)
-        for name in context.bench.controllers:
-            with ui.card().classes("machine").props(f'role=region aria-label="{name}"'):
-                yield from _machine(context, name)
-        for name in context.bench.lines:
-            with ui.card().classes("machine").props(f'role=region aria-label="{name}"'):
-                ui.label(name).classes("machine-name")
-                with folded(context, f"{name} tabs", "Terminal"):
-                    yield terminal(context, name)
-        with ui.element("div").classes("beside wide"):
-            with folded(context, "scope", "Oscilloscope"):
-                yield scope(context)
-            with (
-                folded(context, "faults", "Faults"),
-                ui.card().classes("machine").props("role=region aria-label=faults"),
-            ):
-                ui.label("Faults").classes("machine-name")
-                yield faults(context)
+    controllers = context.bench.controllers
+    with ui.element("div").classes("bench").props("id=bench tabindex=-1"):
+        with _card("machine", "machine"):
+            yield next_line(context)
+            with ui.element("div").classes("bodies" if len(controllers) == 1 else "bodies several"):
+                for name in controllers:
+                    with ui.element("section").classes("body").props(f'role=region aria-label="{name}"'):
+                        with ui.element("div").classes("body-head"):
+                            ui.label(name).classes("body-name").props("role=heading aria-level=2")
+                            ui.label(controllers[name].product.title).classes("quiet")
+                        yield machines(context, name)
+            if context.session.operator.items:
+                with ui.element("section").classes("desk").props('role=region aria-label="operator panel"'):
+                    yield operator(context)
+        with _card("talk", "conversation"):
+            yield beside(context)
+        with _card("scope-card", "oscilloscope"), folded(context, "scope", "Oscilloscope"):
+            yield scope(context)
 
 
-def _machine(context: Context, name: str) -> Iterator[Refresh]:
-    with ui.row().classes("machine-head"):
-        ui.label(name).classes("machine-name")
-        ui.label(context.bench[name].product.title).classes("quiet")
-        yield power(context, name)
-    kinds: Kinds = {}
-    for title, endpoint in (("Terminal", name), ("Terminal rs485", f"{name}.rs485")):
-        if endpoint in endpoints.names(context.bench):
-            kinds[title] = partial(terminal, context, endpoint)
-    if context.bench[name].product.programs:
-        kinds["Program"] = partial(program, context, name)
-    kinds["Pins"] = partial(pins, context, name)
-    with ui.element("div").classes("work"):
-        yield machines(context, name)
-        with folded(context, f"{name} tabs", "Host, program and pins"), ui.element("div").classes("side"):
-            yield tabs(context, name, kinds)
-    with folded(context, f"{name} front", "Front panel"):
-        yield front(context, name)
+def _card(kind: str, name: str) -> ui.element:
+    return ui.element("section").classes(f"card {kind}").props(f'role=region aria-label="{name}"')
 
 
 class _Frames:

@@ -1,13 +1,15 @@
 """Selection of dark or light colours, or of the colours of the user's system."""
 
+from collections.abc import Callable
+
 from nicegui import ui
 
 from axistwin.ui.panel.context import Context
 
 MODES = {
-    None: ("brightness_auto", "colours: as the system"),
-    True: ("dark_mode", "colours: dark"),
-    False: ("light_mode", "colours: light"),
+    None: ("brightness_auto", "Colours: as the system"),
+    True: ("dark_mode", "Colours: dark"),
+    False: ("light_mode", "Colours: light"),
 }
 """Icon and label of each mode; a click selects the next mode."""
 
@@ -19,21 +21,24 @@ class Darkness(ui.dark_mode, component="darkness.js"):
     """
 
 
-def darkness(context: Context) -> None:
-    """Build the button that selects dark or light colours; the selection is stored for this user."""
+def darkness(context: Context) -> Callable[[], None]:
+    """Apply the user's colours; return a function that builds the button which selects others."""
     settings = context.person.settings
     kept = settings.get("dark")
     dark = Darkness(kept if isinstance(kept, bool) else None)
 
-    def show() -> None:
-        icon, words = MODES[dark.value]
-        button.set_icon(icon)
-        button.props["aria-label"] = button.props["title"] = words
+    def build() -> None:
+        def show() -> None:
+            icon, words = MODES[dark.value]
+            button.set_icon(icon)
+            button.text = words
 
-    def change() -> None:
-        modes = list(MODES)
-        settings["dark"] = dark.value = modes[(modes.index(dark.value) + 1) % len(modes)]
+        def change() -> None:
+            modes = list(MODES)
+            settings["dark"] = dark.value = modes[(modes.index(dark.value) + 1) % len(modes)]
+            show()
+
+        button = ui.button(on_click=change).props("flat dense no-caps align=left").mark("darkness")
         show()
 
-    button = ui.button(on_click=change).props("dense flat color=white").mark("darkness")
-    show()
+    return build

@@ -1,28 +1,26 @@
-"""Toolbars that control virtual time, breakpoints and saving of the session."""
+"""The header: that the machine is virtual, its power, its state, and the control of virtual time."""
 
-import io
-import zipfile
+import json
 from collections.abc import Awaitable, Callable, Iterator
 from functools import partial
-from math import ceil
 
 from nicegui import events, ui
 
-from axistwin.bench import Bench, endpoints
-from axistwin.core.errors import UsageError
-from axistwin.core.numbers import NumberError, real, shortened
-from axistwin.core.units import figures, to_seconds
+from axistwin.core.units import to_seconds
 from axistwin.links.pacing import read_speed
-from axistwin.scenes.sessions.breaks import Break
+from axistwin.scenes.sessions.session import Session
 from axistwin.ui.panel.context import Context, Refresh, seldom, together
+from axistwin.ui.panel.outbound import execute
 from axistwin.ui.panel.turns import breathe
-from axistwin.ui.panel.views.darkness import darkness
+from axistwin.ui.panel.views.faults import power
 from axistwin.ui.panel.views.keys import keys
+from axistwin.ui.panel.views.more import go_to, more
 from axistwin.ui.panel.views.parts import LiveText
-from axistwin.ui.panel.views.people import people
+from axistwin.ui.panel.views.state import state
 
 SPEEDS = (0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0, 200.0, 500.0, 1000.0, None)
-"""Speeds that the slider can select; the text field accepts all speeds."""
+"""Speeds that the keys + and - select."""
+OFFERED = (0.1, 1.0, 10.0, 100.0, None)
 STEPS = {
     "event": "a level, a message, a motion or a fault changes",
     "character": "an event, where each character of a message is an event",
@@ -32,33 +30,29 @@ STEPS = {
 STEPS_BY_KEY = {kind[0]: kind for kind in STEPS}
 SHOWN = "(event) => emit(event.currentTarget.dataset.shown)"
 """JavaScript that sends the text that the button has when the user clicks it: Run, Pause or Stop."""
-UNFOLD = "document.documentElement.classList.toggle('more', {on})"
-"""JavaScript that shows or hides the rarely used controls on a narrow screen."""
-OUTLINE = "dense outline no-caps color=white"
-SELDOM = 10  # Number of frames between two updates of delay and timeline.
+FLAT = "flat dense no-caps"
+OUTLINE = "outline dense no-caps"
+SELDOM = 10  # Number of frames between two updates of the timeline.
+MOST_MARKS = 60
 
 
 def driving(context: Context) -> Refresh:
-    with ui.row().classes("driving").props('role=toolbar aria-label="driving"'):
-        ui.label("VIRTUAL").classes("virtual").tooltip("There is no hardware here")
-        show_clock = _clock(context)
-        breathe()
+    """Build the contents of the header: one row, on a phone two."""
+    views: list[Refresh] = []
+    with ui.element("div").classes("ident"):
+        ui.label("VIRTUAL").classes("virtual").props('title="There is no hardware here"')
+        views += _made(context, *(partial(power, name=name) for name in context.bench.controllers))
+    views += _made(context, state, _clock)
+    with ui.element("div").classes("run-box").props('role=group aria-label="driving"'):
         button, show_button = _run(context)
+        views.append(show_button)
         breathe()
-        views = [show_clock, show_button, *_made(context, _speed)]
-        _more(context)
-    with ui.row().classes("driving").props('role=toolbar aria-label="time"'):
-        views += _made(context, _timeline, _until, _breaks)
-        _save(context)
+    with ui.element("div").classes("pace"):
+        _steps(context)
         breathe()
-        keys(lambda key, shown: _drive(context, shown, button) if key == " " else _key(context, key))
-    with ui.row().classes("driving status"):
-        breathe()
-        views.append(_status(context))
-        breathe()
-        with ui.row().classes("driving visitor"):
-            views.append(people(context))
-            darkness(context)
+        views += _made(context, _speed)
+    show_keys = keys(lambda key, shown: _drive(context, shown, button) if key == " " else _key(context, key))
+    views += _made(context, _timeline, partial(more, show_keys=show_keys))
     return together(*views)
 
 
@@ -71,21 +65,6 @@ def _clock(context: Context) -> Refresh:
     return refresh
 
 
-def _more(context: Context) -> None:
-    settings = context.person.settings
-
-    def show() -> None:
-        ui.run_javascript(UNFOLD.format(on="true" if settings.get("more") else "false"))
-
-    def fold() -> None:
-        settings["more"] = not settings.get("more")
-        show()
-
-    if settings.get("more"):
-        show()
-    ui.button(icon="tune", on_click=fold).props('flat dense color=white aria-label="more controls"').classes("more")
-
-
 def _made(context: Context, *views: Callable[[Context], Refresh]) -> Iterator[Refresh]:
     for view in views:
         yield view(context)
@@ -96,20 +75,19 @@ def _made(context: Context, *views: Callable[[Context], Refresh]) -> Iterator[Re
 
 
 def _run(context: Context) -> tuple[ui.button, Refresh]:
-    button = ui.button().props("dense no-caps").classes("run").mark("run")
+    button = ui.button().props(OUTLINE).classes("run").mark("run")
     button.on("click", lambda event: _drive(context, event.args, button), js_handler=SHOWN)
     restart = ui.button("Restart", icon="replay", on_click=lambda: context.touch(context.session.restart))
-    restart.props(OUTLINE).mark("restart").tooltip("begin again at 0 s and run; the recording is discarded, see Undo")
-    for kind, what in STEPS.items():
-        step = ui.button(kind, icon="skip_next", on_click=lambda kind=kind: _step(context, kind))
-        breathe()
-        step.props(OUTLINE).classes("rest").mark(f"step-{kind}").tooltip(f"run until {what}")
+    restart.props(OUTLINE).classes("restart").mark("restart")
+    restart.tooltip("begin again at 0 s and run; the recording is discarded, see Undo")
 
     def refresh() -> None:
         text = "Stop" if context.actions.busy else "Pause" if context.session.running else "Run"
         if button.text != text:
             button.text = button.props["data-shown"] = text
-            button.set_icon("play_arrow" if text == "Run" else "pause")
+            button.set_icon("play_arrow" if text == "Run" else "pause" if text == "Pause" else "stop")
+            look = ("unelevated", "outline")  # Filled, if it is the step that the page asks for.
+            button.props(look[text != "Run"], remove=look[text == "Run"])
 
     return button, refresh
 
@@ -124,6 +102,19 @@ def _drive(context: Context, shown: object, button: ui.button) -> None:
             context.touch(lambda: session.pause() if session.running else None)
         case _:
             context.touch(lambda: None if session.running else session.run())
+
+
+def _steps(context: Context) -> None:
+    button = (
+        ui.button("Step", icon="skip_next").props(f"{FLAT} icon-right=arrow_drop_down").classes("steps").mark("steps")
+    )
+    with button, ui.menu().classes("pop"):
+        for kind, what in STEPS.items():
+            breathe()
+            item = ui.menu_item(on_click=partial(_step, context, kind)).mark(f"step-{kind}")
+            with item.props(f'role=menuitem aria-label="{kind}" title="run until {what}"'):
+                ui.label(f"to the next {kind}")
+                ui.label(kind[0]).classes("key")
 
 
 def _step(context: Context, kind: str) -> Awaitable[None] | None:
@@ -149,25 +140,28 @@ def _key(context: Context, key: str) -> Awaitable[None] | None:
 
 
 def _speed(context: Context) -> Refresh:
-    words = ui.label().classes("slider-words rest").mark("speed-words")
-    slider = ui.slider(min=0, max=len(SPEEDS) - 1, step=1).props('snap aria-label="speed"')
-    slider.classes("speed rest").mark("speed")
-    box = ui.input(value=_speed_text(context.session.speed)).props('dense outlined aria-label="times real time"')
-    box.classes("speed-box rest").mark("speed-box").tooltip("times real time, or max")
     shown: float | None = -1.0
+    button = ui.button().props(f"{FLAT} icon-right=arrow_drop_down").classes("speed").mark("speed-words")
 
     def show() -> None:
         nonlocal shown
         shown = context.session.speed
-        box.value, slider.value = _speed_text(shown), _nearest(shown)
-        words.text = "speed max" if shown is None else f"speed \u00d7{shown:g}"
+        box.value = _speed_text(shown)
+        button.text = "Speed max" if shown is None else f"Speed \u00d7{shown:g}"
 
     def change(action: Callable[[], object]) -> None:
         context.touch(action, now=True)
         show()  # Show the new simulation speed at once, not only at the next update of the page.
 
-    slider.on("change", lambda event: change(lambda: _set_speed(context, SPEEDS[round(event.args)])))
-    box.on("keydown.enter", lambda: change(lambda: _set_speed(context, read_speed(box.value.strip()))))
+    with button, ui.menu().props("no-focus").classes("pop"):
+        for speed in OFFERED:
+            breathe()
+            item = ui.menu_item(on_click=lambda s=speed: change(lambda: _set_speed(context, s)))
+            with item.props("role=menuitem").mark(f"speed-{_speed_text(speed)}"):
+                ui.label("as fast as possible" if speed is None else f"\u00d7{speed:g}")
+        box = ui.input("times real time, or max", value=_speed_text(context.session.speed))
+        box.props('dense outlined aria-label="times real time"').mark("speed-box")
+        box.on("keydown.enter", lambda: change(lambda: _set_speed(context, read_speed(box.value.strip()))))
 
     def refresh() -> None:
         if context.session.speed != shown:
@@ -195,86 +189,18 @@ def _change_speed(context: Context, by: int) -> None:
     context.touch(lambda: _set_speed(context, SPEEDS[min(max(place, 0), len(SPEEDS) - 1)]), now=True)
 
 
-# State
-
-
-def _status(context: Context) -> Refresh:
-    ui.label(context.session.title).classes("title scene-title").mark("scene-title")
-    words = ui.label().classes("state").props("role=status aria-live=polite data-test=state").mark("state")
-    late = ui.label().classes("quiet late").mark("late")
-    views = [_planned(context), _deleted(context)]
-
-    def show_delay() -> None:
-        late.text = context.session.pacer.report() or ""
-
-    def refresh() -> None:
-        words.text = _in_words(context)
-
-    return together(refresh, *views, seldom(context, SELDOM, show_delay))
-
-
-def _planned(context: Context) -> Refresh:
-    text = ui.label().classes("quiet planned").mark("planned")
-    at_s: float | None = None
-
-    def go() -> Awaitable[None] | None:
-        return None if at_s is None else context.move(partial(context.session.advance_to, at_s))
-
-    button = ui.button("Go there", on_click=go).props(OUTLINE).mark("go-planned")
-    button.tooltip("run at full speed to this time")
-
-    def refresh() -> None:
-        nonlocal at_s
-        now = context.bench.now
-        time_ns, what = min(((at, what) for at, what in context.bench.planned if at > now), default=(0, ""))
-        at_s = to_seconds(time_ns) if what else None
-        text.text = "" if at_s is None else f"{what} at {figures(at_s)} s"
-        button.set_visibility(at_s is not None)
-
-    button.set_visibility(False)
-    return refresh
-
-
-def _deleted(context: Context) -> Refresh:
-    forget = ui.button("Live from here", on_click=lambda: context.touch(context.session.forget_rest)).props(OUTLINE)
-    forget.mark("forget").tooltip("end the replay and discard the rest of the recording")
-    undo = ui.button("Undo", icon="undo", on_click=lambda: context.move(context.session.undo)).props(OUTLINE)
-    undo.mark("undo").tooltip("restore the recording that has just been discarded")
-
-    def refresh() -> None:
-        left_s = ceil(context.session.undo_seconds)
-        undo.set_visibility(bool(left_s))
-        if left_s:
-            undo.text = f"Undo ({left_s} s)"
-        forget.set_visibility(context.session.repeating)
-
-    return refresh
-
-
-def _in_words(context: Context) -> str:
-    session = context.session
-    if session.progress is not None:
-        return f"replaying the run: {session.progress:.0%}"
-    if session.busy:
-        return "moving"
-    if session.waiting:
-        return "paused at 0 s until a browser or a host connects"
-    repeating = ", replaying the recording" if session.repeating else ""
-    if session.running:
-        return f"running{repeating}" if repeating or not session.finished else "running: the scene has finished"
-    return f"paused{repeating}" + (f": {session.halted_by}" if session.halted_by else "")
-
-
 # Time
 
 
 def _timeline(context: Context) -> Refresh:
-    words = ui.label().classes("slider-words time-words").mark("time-words")
-    slider = ui.slider(min=0, max=1, step=0.001).props('aria-label="moment, in seconds"')
-    slider.classes("timeline").mark("timeline")
-    box = ui.input(placeholder="seconds").props('dense outlined aria-label="go to this moment"')
-    box.classes("moment rest").mark("moment")
+    with ui.element("div").classes("past"):
+        marks = ui.element("div").classes("marks").props("aria-hidden=true")
+        slider = ui.slider(min=0, max=1, step=0.001).props('aria-label="moment, in seconds"')
+        slider.classes("timeline").mark("timeline")
+        ui.label("0 s").classes("from")
+        words = ui.label().classes("to").mark("time-words")
     held = False  # True while the user holds the slider: no frame resets the value before the user releases it.
+    shown: object = None
 
     def hold(on: bool) -> None:
         nonlocal held
@@ -282,114 +208,30 @@ def _timeline(context: Context) -> Refresh:
 
     def release(event: events.GenericEventArguments) -> Awaitable[None] | None:
         hold(False)
-        return _go_to(context, float(event.args))
+        return go_to(context, float(event.args))
 
     slider.on("pointerdown", lambda: hold(True), []).on("pointercancel", lambda: hold(False), [])
     slider.on("change", release)
-    box.on("keydown.enter", lambda: _go_to(context, box.value))
 
     def refresh() -> None:
+        nonlocal shown
+        end = max(round(context.session.recorded_seconds, 3), 0.001)
         if not held:
-            end = max(round(context.session.recorded_seconds, 3), 0.001)
             # Only changed values are assigned, because each assignment is sent to the browser.
             if slider.props["max"] != end:
                 slider.props["max"] = end
-                words.text = f"time 0 \u2026 {end:,.1f} s"
             slider.value = round(context.session.seconds, 3)
+            words.text = f"{end:,.1f} s" if context.session.repeating else "live"
+        now = [(round(at / end, 4), alarm) for at, alarm in _marks(context.session, end)]
+        if now != shown:
+            shown = now
+            execute(marks.client, f"axistwinState.marks({marks.id},{json.dumps(now)})")
 
     return seldom(context, SELDOM, refresh)
 
 
-def _go_to(context: Context, moment: float | str) -> Awaitable[None] | None:
-    return context.move(lambda: context.session.go_to(_seconds(moment)))
-
-
-def _seconds(moment: float | str) -> float:
-    try:
-        return real(str(moment))
-    except NumberError:
-        raise UsageError(f"invalid time {shortened(str(moment))}: expected seconds, e.g. 1.5") from None
-
-
-# Sentences
-
-
-def _stems(bench: Bench) -> list[str]:
-    found = []
-    for name, controller in bench.controllers.items():
-        found += [f"{name}.{axis} passes 0" for axis in controller.axes]
-        found += [f"{name}.{pin} {verb}" for pin in controller.pins for verb in ("rises", "falls", "changes")]
-        if controller.alarms is not None:
-            found += [f"{name} raises {flag}" for flag in controller.alarms.names]
-        found += [f"{name} runs 1"] if controller.programs else []
-    for name in endpoints.names(bench):
-        found += [f"{name} hears ", f"{name} says "]
-    return found + [f"{fault} {verb}" for fault in bench.faults.names for verb in ("begins", "ends")]
-
-
-def _until(context: Context) -> Refresh:
-    def run() -> None:
-        context.touch(lambda: context.session.run_until(box.value.strip()))
-
-    box = ui.input(placeholder="run until …", autocomplete=_stems(context.bench)).on("keydown.enter", run)
-    box.props('dense outlined aria-label="run until"').classes("sentence rest").mark("until")
-    box.tooltip("e.g. table.X passes 1000, table.output1 rises, or motor runs 12")
-    ui.button("Until", on_click=run).props(OUTLINE).classes("rest").mark("run-until")
-    return lambda: None
-
-
-def _breaks(context: Context) -> Refresh:
-    button = ui.button("Breaks", icon="pan_tool").props(OUTLINE).classes("rest").mark("breaks")
-    with button, ui.menu().props("no-focus"), ui.column().classes("breaks-menu"):
-        box = ui.input("stop whenever", autocomplete=_stems(context.bench)).classes("sentence").mark("new-break")
-        box.on("keydown.enter", lambda: context.touch(lambda: context.session.add_break(box.value.strip())))
-        those = ui.column().mark("those-breaks")
-    shown: list[tuple[str, bool, int]] = []
-
-    def refresh() -> None:
-        nonlocal shown
-        now = [(each.sentence, each.on, each.hits) for each in context.session.breaks]
-        if now != shown:
-            shown = now
-            button.text = f"Breaks ({len(now)})" if now else "Breaks"
-            _list_breaks(context, those)
-
-    return refresh
-
-
-def _list_breaks(context: Context, those: ui.column) -> None:
-    those.clear()
-    with those:
-        for each in context.session.breaks:
-            with ui.row().classes("break"):
-                ui.checkbox(each.sentence, value=each.on, on_change=partial(_switch, context, each))
-                ui.label(f"{each.hits} times" if each.hits != 1 else "once").classes("quiet")
-                ui.button(icon="delete", on_click=partial(_remove, context, each)).props(
-                    'flat dense aria-label="remove"'
-                )
-
-
-def _switch(context: Context, each: Break, event: events.ValueChangeEventArguments[bool | None]) -> None:
-    context.touch(lambda: setattr(each, "on", bool(event.value)), now=True)
-
-
-def _remove(context: Context, each: Break) -> None:
-    context.touch(lambda: context.session.remove_break(each), now=True)
-
-
-# Saving
-
-
-def _save(context: Context) -> None:
-    button = (
-        ui.button("Save", icon="save", on_click=lambda: _download(context)).props(OUTLINE).classes("rest").mark("save")
-    )
-    button.tooltip("save the session, with the messages of all hosts, as a scene that repeats it")
-
-
-def _download(context: Context) -> None:
-    packed = io.BytesIO()
-    with zipfile.ZipFile(packed, "w", zipfile.ZIP_DEFLATED) as archive:
-        for name, text in context.session.save().items():
-            archive.writestr(name, text)
-    ui.download.content(packed.getvalue(), "session.zip")
+def _marks(session: Session, end: float) -> list[tuple[float, bool]]:
+    """Return the times of the latest planned actions and begun faults in the recording; True for a fault."""
+    planned = [(to_seconds(at_ns), False) for at_ns, _ in session.bench.planned]
+    faults = [(to_seconds(fault.began_ns), True) for fault in session.bench.faults if fault.began_ns is not None]
+    return sorted((at, alarm) for at, alarm in (*planned, *faults) if at <= end)[-MOST_MARKS:]

@@ -6,7 +6,6 @@ from typing import Any
 
 from nicegui import ui
 
-from axistwin.bench.actions import targets
 from axistwin.bench.faults.injector import Fault, State
 from axistwin.bench.faults.kinds import KINDS, THINGS
 from axistwin.bench.faults.table import Kind, Parameter, Sort
@@ -26,25 +25,23 @@ CELSIUS = (-40, 150)
 
 
 def power(context: Context, name: str) -> Refresh:
-    controller = context.bench[name]
-
     def turn() -> None:
         word = "off" if context.bench[name].powered else "on"
         context.touch(partial(context.session.do, name, "power", word))
 
-    key = called(Key("power:", f"power of {name}", turn).classes("power"), f"{name}-power")
-    show_ambient = _ambient(context, name) if "ambient" in targets(controller) else lambda: None
+    key = called(Key("", f"power of {name}", turn).classes("power"), f"{name}-power")
+    whose = f"{name}: " if len(context.bench.controllers) > 1 else ""
 
     def refresh() -> None:
         powered = context.bench.controllers[name].powered
         key.show(powered)
-        key.text = "power: on" if powered else "power: off"
-        show_ambient()
+        key.text = f"{whose}{'on' if powered else 'off'}" if whose else "Power on" if powered else "Power off"
 
     return refresh
 
 
-def _ambient(context: Context, name: str) -> Refresh:
+def ambient(context: Context, name: str) -> Refresh:
+    """Build the field for the temperature around a motor."""
     known: float | None = None
 
     def set_it() -> None:
@@ -67,9 +64,10 @@ def _ambient(context: Context, name: str) -> Refresh:
 
 
 def faults(context: Context) -> Refresh:
-    shown = _list(context)
-    with drawer(context, "faults form", "Inject a fault"):
-        _Form(context)
+    with ui.element("div").classes("faults-box").props("role=region aria-label=faults"):
+        shown = _list(context)
+        with drawer(context, "faults form", "Inject a fault"):
+            _Form(context)
     return shown
 
 

@@ -16,8 +16,8 @@ ELSEWHERE = {
 }  # fmt: skip
 
 
-def keys(press: Callable[[str, object], object]) -> None:
-    """Build the help dialog; other keys call `press(key, shown)` with the text that the Run button had."""
+def keys(press: Callable[[str, object], object]) -> Callable[[], object]:
+    """Build the help dialog, and return its opener; other keys call `press(key, shown)` with the Run button's text."""
     with ui.dialog().mark("keys") as dialog, ui.card():
         ui.label("Keys").classes("title")
         for key, what in (KEYS | ELSEWHERE).items():
@@ -25,8 +25,7 @@ def keys(press: Callable[[str, object], object]) -> None:
             with ui.row():
                 ui.label("space" if key == " " else key).classes("key")
                 ui.label(what)
-        ui.button("Close", on_click=dialog.close)
-    ui.button("?", on_click=dialog.open).props('dense flat color=white aria-label="help"').classes("rest").mark("help")
+        ui.button("Close", on_click=dialog.close).props("outline dense no-caps")
 
     def pressed(event: events.GenericEventArguments) -> object:
         told = event.args if isinstance(event.args, dict) else {}
@@ -38,3 +37,4 @@ def keys(press: Callable[[str, object], object]) -> None:
         return None
 
     ui.on("driving-key", pressed)
+    return dialog.open

@@ -1,17 +1,20 @@
-"""Drawings of a controller's machine: slides for limited travel, shafts for other axes, an X-Y table, and switches."""
+"""The machine of a controller: an X-Y table, its axes with their readings, and its switches and lamps."""
 
 from functools import partial
 
 from nicegui import ui
 
 from axistwin.bench import Controller
+from axistwin.scenes.tables import OperatorTable
 from axistwin.ui.drawings.figure import Figure
 from axistwin.ui.drawings.of_axes import figure, used_axes
 from axistwin.ui.drawings.scale import Flow
 from axistwin.ui.drawings.switches import Press, Switches
 from axistwin.ui.panel.context import Context, Refresh
 from axistwin.ui.panel.drawings.picture import Picture
-from axistwin.ui.panel.views.parts import folded
+from axistwin.ui.panel.turns import breathe
+from axistwin.ui.panel.views.operator import inscriptions
+from axistwin.ui.panel.views.state import wanted
 from axistwin.ui.panel.views.table import table
 
 
@@ -26,16 +29,13 @@ def machines(context: Context, name: str) -> Refresh:
     def press(pin: str, level: str) -> None:
         context.touch(partial(context.session.do, name, pin, level))
 
-    with ui.element("div").classes("picture"):
+    with ui.element("div").classes("view") as view:
+        top_view = table(context, name, view)
         with ui.element("div").classes("axes"):
-            top_view = table(context, name)
             frames = {axis: _frame(controller, axis, press) for axis in controller.axes}
-        with (
-            folded(context, f"{name} switches", "Switches and lamps"),
-            ui.element("section").classes("axis switches-box").props(f'aria-label="switches and lamps of {name}"'),
-        ):
-            switches = Switches(controller, press)
-            board = Picture(switches.drawing)
+    switches = Switches(controller, press, named(context.session.operator, name))
+    board = Picture(switches.drawing)
+    board.props(f'role=group aria-label="switches and lamps of {name}"')
 
     def refresh() -> None:
         smooth, controller = flow.is_smooth(context.bench), context.bench[name]
@@ -46,13 +46,20 @@ def machines(context: Context, name: str) -> Refresh:
             if box.visible:
                 shown.show(controller, smooth=smooth)
                 picture.send()
-        switches.show(controller)
+        switches.show(controller, wanted(context).removeprefix(f"{name}."))
         board.send()
 
     return refresh
 
 
+def named(operator: OperatorTable, name: str) -> dict[str, str]:
+    """Return the names that the operator panel gives to a controller's terminals."""
+    own = f"{name}."
+    return {pin.removeprefix(own): word for pin, word in inscriptions(operator).items() if pin.startswith(own)}
+
+
 def _frame(controller: Controller, axis: str, press: Press) -> tuple[ui.element, Figure, Picture]:
+    breathe()
     with ui.element("section").classes("axis") as box:
         box.visible = False
         ui.label(axis).classes("axis-name").props("role=heading aria-level=3")

@@ -14,6 +14,7 @@ from axistwin.ui.panel.outbound import execute
 from axistwin.ui.panel.turns import breathe
 
 Thing = TypeVar("Thing", bound=ui.element)
+TOGGLE = "dense no-caps unelevated text-color=ink-2 toggle-color=metal toggle-text-color=ink color=transparent"
 WRITE = "axistwinState.write(Vue.toRaw(mounted_app.elements), {id}, {text})"
 """JavaScript that writes a text into an element of the page."""
 

@@ -9,7 +9,9 @@ from axistwin.bench import Controller
 from axistwin.bench.actions import targets
 from axistwin.sim.pins import FULL_SCALE, PULLED_UP_VOLTS, Pin, UserPin
 from axistwin.ui.panel.context import Context, Refresh, together
+from axistwin.ui.panel.views.faults import ambient
 from axistwin.ui.panel.views.parts import Key, Light, called
+from axistwin.ui.panel.views.table import tool_choice
 
 LEVELS = {"high": True, "low": False}
 HOST_LINES = ("dtr", "rts")
@@ -30,6 +32,9 @@ def pins(context: Context, name: str) -> Refresh:
         shown += [_host_line(context, name, line) for line in HOST_LINES if line in possible]
     if "master" in possible:
         _encoder(context, name)
+    tool_choice(context, name)
+    if "ambient" in possible:
+        shown.append(ambient(context, name))
     return together(*shown)
 
 
@@ -174,7 +179,7 @@ class _Joystick:
         called(box.on("blur", lambda: self._deflect(0), []), f"{name}-stick")
         ui.joystick(
             on_move=lambda event: self._deflect(event.x or 0), on_end=lambda: self._deflect(0), throttle=THROTTLE_S,
-            color="#2457c5", size=90, mode="static", position={"left": "50%", "top": "50%"},
+            color="#1d5a96", size=90, mode="static", position={"left": "50%", "top": "50%"},
         ).mark(f"{name}-joystick")  # fmt: skip
 
     def _deflect(self, part: float) -> None:

@@ -23,7 +23,7 @@ window.axistwinState = (() => {
     document.body.append(gone);
     window.socket.on("disconnect", () => {
       const since = new Date().toLocaleTimeString([], { hour12: false });
-      gone.textContent = `No connection to the server since ${since}. The page shows the state of that time.`;
+      gone.textContent = `No answer since ${since}: the page shows the state of that time`;
       document.documentElement.classList.add("gone");
     });
     window.socket.on("connect", () => {
@@ -44,5 +44,15 @@ window.axistwinState = (() => {
     if (node) node.nodeValue = text;
   }
 
-  return { attach, show, write };
+  // Draws marks on the timeline: places from 0 to 1, and whether each is abnormal.
+  function marks(id, places) {
+    document.getElementById(`c${id}`)?.replaceChildren(...places.map(([at, alarm]) => {
+      const mark = document.createElement("b");
+      mark.style.left = `${100 * at}%`;
+      mark.classList.toggle("alarm", alarm);
+      return mark;
+    }));
+  }
+
+  return { attach, show, write, marks };
 })();

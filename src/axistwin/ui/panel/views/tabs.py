@@ -11,12 +11,13 @@ from axistwin.ui.panel.turns import breathe
 Kinds = dict[str, Callable[[], Refresh]]
 
 
-def tabs(context: Context, name: str, kinds: Kinds) -> Refresh:
+def tabs(context: Context, name: str, kinds: Kinds, look: str = "kinds") -> Refresh:
+    """Build tabs that remember the open one for the user; `look`: a CSS class."""
     made: dict[str, Refresh | None] = {}
     setting = f"tab {name}"
     wanted = str(context.person.settings.get(setting, ""))
     first = wanted if wanted in kinds else next(iter(kinds))
-    with ui.tabs().props("dense no-caps align=left outside-arrows mobile-arrows").classes("tabs") as bar:
+    with ui.tabs().props("dense no-caps align=left outside-arrows mobile-arrows").classes(f"tabs {look}") as bar:
         for kind in kinds:
             ui.tab(kind).props(f'data-test="tab {name} {kind}"')
     breathe()
