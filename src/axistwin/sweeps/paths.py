@@ -146,7 +146,7 @@ def _in_controller(scene: Scene, controller: Controller, path: str, rest: list[s
     if rest[0] in controller.axes and len(rest) > 1:
         known = SERVO if isinstance(controller.axes[rest[0]], ServoAxis) else STEPPER
         if rest[1] in known:
-            return Place(path, _checked(scene, path, (*at, "axes", *map(_key, rest))))
+            return Place(path, _checked(scene, path, (*at, "axes", rest[0], *map(_key, rest[1:]))))
         if not (controller.has_variables and len(rest) == 2):
             raise UsageError(f"the axis has no option {rest[1]!r} (in {path}): {instead(rest[1], known)}")
         rest = rest[1:]
