@@ -17,8 +17,10 @@ from axistwin.bench.codec import codec_of, unpadded
 from axistwin.bench.controller import on_a_bus
 from axistwin.bench.models import models
 from axistwin.controllers.front import Item, Lamp
+from axistwin.controllers.registry import texts_of
 from axistwin.core.errors import PlacedError, UsageError
 from axistwin.core.version import VERSION
+from axistwin.devices.loading import load_texts
 from axistwin.scenes.diagnostics.checking import PROGRAMS, diagnose_text
 from axistwin.scenes.scene import Scene
 from axistwin.scenes.sessions.saving import SCENE
@@ -32,6 +34,7 @@ from axistwin.ui.playground.pictures import Pictures
 from axistwin.ui.teaching.tutor import Tutor
 
 MOST_MESSAGES = 2000  # Largest number of messages that are stored until the page reads them; the oldest are deleted.
+CODE = ".py"  # Suffix of the files of devices.
 TEXTS = (".toml", *PROGRAMS)  # Suffixes of the files that a scene in the playground can use.
 _NAME = re.compile(r"[\w. -]+(/[\w. -]+)*")
 
@@ -65,16 +68,24 @@ class Playground:
         texts = {path.relative_to(example.root).as_posix(): path.read_text(encoding="utf-8") for path in files}
         return self.open_files(texts, example.scene)
 
-    def open_link(self, fragment: str) -> dict[str, Any]:
-        """Open the scene of a share link.  `target_ns` of the answer is the time of the link."""
+    def open_link(self, fragment: str, trusted: bool = False) -> dict[str, Any]:
+        """Open the scene of a share link.  `target_ns` of the answer is the time of the link.
+
+        A link with devices, which are Python files, opens only if `trusted`; else the answer has their names in `asks`.
+        """
         shared = decode(fragment)
-        opened = self.open_files(shared.files)
+        opened = self.open_files(shared.files, SCENE, trusted)
+        if "asks" in opened:
+            return opened
         other = shared.version != VERSION
         opened["note"] = f"made with axistwin {shared.version}; this is {VERSION}" if other else ""
         return opened | {"target_ns": shared.at_ns}
 
-    def open_files(self, texts: Mapping[str, str], scene: str = SCENE) -> dict[str, Any]:
-        """Open a scene of several files, texts by name; only a valid scene replaces the present session."""
+    def open_files(self, texts: Mapping[str, str], scene: str = SCENE, trusted: bool = False) -> dict[str, Any]:
+        """Open a scene of several files, texts by name; only a valid scene replaces the present session.
+
+        Files of devices run only if `trusted`, as for `open_link`.
+        """
         for name in texts:
             if not _NAME.fullmatch(name) or ".." in name.split("/"):
                 raise UsageError(
@@ -82,6 +93,10 @@ class Playground:
                 )
         if scene not in texts:
             raise UsageError(f"the scene file is missing: expected a file named {scene}")
+        code = {name: text for name, text in texts.items() if name.endswith(CODE)}
+        if code and not trusted:
+            return {"asks": sorted(code)}
+        load_texts(code)
         fresh = self._folder / "opened"
         rmtree(fresh, ignore_errors=True)
         for name, text in texts.items():
@@ -258,13 +273,18 @@ class Playground:
     # Take away
 
     def link(self) -> str:
-        return encode(Shared(self._now.save(), self._now.bench.now))
+        return encode(Shared(self._files(), self._now.bench.now))
+
+    def _files(self) -> dict[str, str]:
+        """Return the files of a scene that repeats this session, those of its devices included."""
+        code = texts_of(controller.product.model for controller in self._now.bench.controllers.values())
+        return {**self._now.save(), **{Path(path).name: text for path, text in code.items()}}
 
     def saved(self) -> bytes:
         """Return a ZIP archive of a scene that repeats this session with `axistwin run`."""
         buffer = io.BytesIO()
         with zipfile.ZipFile(buffer, "w", zipfile.ZIP_DEFLATED) as archive:
-            for name, text in self._now.save().items():
+            for name, text in self._files().items():
                 archive.writestr(zipfile.ZipInfo(name), text)
         return buffer.getvalue()
 

@@ -307,6 +307,17 @@ function download(name, type, data) {
 $("scene").onclick = guarded(async () => download("scene.zip", "application/zip", await call("saved")));
 $("table").onclick = guarded(async () => download("curves.csv", "text/csv", await call("table")));
 
+// A device is Python code of somebody: it runs only after a question.
+async function open(method, ...args) {
+  const found = await call(method, ...args, false);
+  if (!found.asks) return found;
+  const names = found.asks.join(", ");
+  if (!confirm(`${names} is Python code, which would run in this page. Open it only if you trust its author.`)) {
+    throw new Error(`${names} was not run: open the scene again and agree, or choose another`);
+  }
+  return call(method, ...args, true);
+}
+
 const openFiles = guarded(async (files) => {
   const texts = {};
   const bytes = [...files].reduce((sum, file) => sum + file.size, 0);
@@ -315,7 +326,7 @@ const openFiles = guarded(async (files) => {
   const scenes = Object.keys(texts).filter((name) => name.endsWith(".toml"));
   if (scenes.length > 1) throw new Error(`${scenes.length} scenes: expected one .toml file`);
   if (scenes.length) {
-    show(await call("open_files", texts, scenes[0]));
+    show(await open("open_files", texts, scenes[0]));
     start();
     return;
   }
@@ -365,7 +376,7 @@ guarded(async () => {
     if (fragment) {
       $("choice").prepend(element("option", { value: "", disabled: "" }, "from the link"));
       $("choice").value = "";
-      show(await call("open_link", fragment));
+      show(await open("open_link", fragment));
     } else {
       show(await call("open_model", models[0]));
       start();
