@@ -4,18 +4,20 @@ import re
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import suppress
 from functools import cache, partial
+from typing import Any
 
 from axistwin.bench import Bench, product
 from axistwin.bench.actions import LEVELS, subjects, targets
 from axistwin.bench.codec import codec_of
 from axistwin.bench.models import models
 from axistwin.bench.talk.conversation import named_model
+from axistwin.controllers.commandset import Command
 from axistwin.controllers.diagnostics import Session
 from axistwin.controllers.product import Product
 from axistwin.core.errors import UsageError, with_article
 from axistwin.scenes.diagnostics.checking import read_acts, sessions
 from axistwin.ui.editor import compumotor, digiplan, smartmotor
-from axistwin.ui.editor.answers import Hover, Item, Symbol, item
+from axistwin.ui.editor.answers import Hover, Item, Symbol, explain, item
 
 _LINE = re.compile(r"(?P<before>\s*(?:(?P<name>[\w.-]+):\s+)?(?P<mark>[;+><!=])\s*)(?P<rest>.*)", re.DOTALL)
 _ESCAPE = re.compile(r"\\(?:x[0-9A-Fa-f]{2}|.?)")
@@ -95,10 +97,17 @@ def _data_hover(made: Product, text: str, at: int, offset: int) -> Hover | None:
     if made.family == "digiplan":
         return digiplan.hover(piece, at - begin, offset + begin)
     if made.family != "smartmotor":
-        return None
+        found = next((each for each in made.commands if _matches(made, each, piece)), None)
+        return None if found is None else Hover(explain(found), offset + begin, offset + begin + len(piece.rstrip()))
     words = ((m.start(), m[0]) for m in re.finditer(r"[^ \t]+", piece))
     word = next(((b, word) for b, word in words if b <= at - begin <= b + len(word)), None)
     return smartmotor.hover(word[1], at - begin - word[0], offset + begin + word[0]) if word else None
+
+
+def _matches(made: Product, command: Command, line: str) -> bool:
+    """True if a line of text is this command of a device of others."""
+    framing: Any = getattr(made.driver, "framing", None)
+    return hasattr(framing, "compiled") and framing.compiled(command, made.axes).fullmatch(line.strip()) is not None
 
 
 def _data_completions(made: Product, text: str, session: Callable[[], Session]) -> list[Item]:
