@@ -105,7 +105,8 @@ class Reasons:
         for pin, side in sides:
             if self.controller.pins[pin].level is not product.closed_level:
                 text, level = f"the {side} limit is active", "high" if product.closed_level else "low"
-                yield Reason(text, self.restored(pin, level), pin=pin, level=level, short=self.at(side))
+                _, _, away = self.controller.hint.partition(f"{side} limit: ")
+                yield Reason(text, self.restored(pin, level, away=away), pin=pin, level=level, short=self.at(side))
 
     def _drives(self) -> Iterator[Reason]:
         for axis, pin in self.controller.product.drive_fault_pins.items():
