@@ -29,7 +29,7 @@ def test_a_program_of_known_commands_is_fine():
 def test_an_unknown_command_has_its_place_and_the_most_similar_one():
     (one,) = found("> 1TP\\r\n> 1PT\\r")
     assert (one.line, one.column, one.end, one.code) == (2, 3, (2, 6), "DV101")
-    assert one.words == "unknown command '1PT'; write 1TP [DV101]"
+    assert one.words == "unknown command '1PT': did you mean '1TP'?; write 1TP [DV101]"
     assert not one.fix.sure
     assert check_fix.apply("> 1TP\\r\n> 1PT\\r", one.fix.edits) == "> 1TP\\r\n> 1TP\\r"
     assert told("> QQQQQQ\\r") == [

@@ -82,8 +82,8 @@ def _problem(kind: type[Device], single: Any, request: _Request) -> Diagnostic |
     examples = [line for entry, _ in single for line in entry.pattern.examples(next(iter(kind.axes), ""))]
     near = most_similar(text, examples) if isinstance(kind.framing, Lines) else ""
     fix = fixing(f"write {near}", replaced(request.characters, near), sure=False) if near else None
-    remedy = "" if near else f": `axistwin commands {kind.model}` lists all"
-    return diagnose(UNKNOWN, request.characters, f"unknown command {text!r}{remedy}", fix=fix)
+    remedy = f"did you mean {near!r}?" if near else f"`axistwin commands {kind.model}` lists all"
+    return diagnose(UNKNOWN, request.characters, f"unknown command {text!r}: {remedy}", fix=fix)
 
 
 def _place(kind: type[Device], entry: Entry, request: _Request) -> Sequence[Sent]:
