@@ -9,7 +9,7 @@ ROOT = Path(__file__).resolve().parents[1]
 PUBLIC = {f"axistwin{name}" for name in ("", ".devices", ".drivers", ".ophyd", ".sweeps", ".testing")}
 OF_ONE_PAGE = {
     "docs/bus.md": "axistwin.links.bus_hosts", "docs/tutorials/c.md": "axistwin.links.bus_hosts",
-    "docs/conversations.md": "axistwin.bench.talk", "docs/fmu.md": "axistwin.real.integrations.fmu.archive",
+    "docs/conversations.md": "axistwin.bench.talk",
 }  # fmt: skip
 """Where the public modules have no name for a page's tool, in Python: the modules of this tool."""
 IMPORT = re.compile(r"^ *(?:from|import) (axistwin[\w.]*)|'from (axistwin[\w.]*)", re.MULTILINE)

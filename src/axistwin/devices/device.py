@@ -65,17 +65,18 @@ class Device:
     `memory`, as last saved, is kept.  Do not override `__init__`.
     """
 
-    model: ClassVar[str]  # The name for `Bench.add`, scenes and the command line.
-    title: ClassVar[str] = ""
-    line: ClassVar[str] = "9600 8N1"  # The usual format of the serial line.
-    framing: ClassVar[Framing] = Lines()
-    axes: Mapping[str, Positioner] = {}
-    pins: Mapping[str, Any] = {}  # In the class Input and Output by name, in an object the terminals themselves.
-    options: Mapping[str, Any] = {}  # In the class Option by name, in an object the values.
-    memory: dict[str, Any] = {}  # noqa: RUF012  # In the class the factory settings, in an object what was saved.
-    faults: ClassVar[tuple[str, ...]] = ()  # Names of the faults that `fault` reports.
-    driver: ClassVar[Any] = None  # How a host moves and asks: an `axistwin.drivers.TextDriver`, or its protocol core.
-    answer_after: ClassVar[float] = 0.0  # Seconds from the end of a request to the beginning of its answer, or refusal.
+    model: ClassVar[str]  #: The name for `Bench.add`, scenes and the command line.
+    title: ClassVar[str] = ""  #: What lists and the panel call it.
+    line: ClassVar[str] = "9600 8N1"  #: The usual format of the serial line.
+    framing: ClassVar[Framing] = Lines()  #: Lines or Datagrams.
+    axes: Mapping[str, Positioner] = {}  #: By name; the objects of one class share nothing.
+    pins: Mapping[str, Any] = {}  #: In the class Input and Output by name, in an object the terminals themselves.
+    options: Mapping[str, Any] = {}  #: In the class Option by name, in an object the values.
+    memory: dict[str, Any] = {}  # noqa: RUF012
+    """In the class the factory settings, in an object what was saved."""
+    faults: ClassVar[tuple[str, ...]] = ()  #: Names of the faults that `fault` reports.
+    driver: ClassVar[Any] = None  #: How a host moves and asks: an `axistwin.drivers.TextDriver`, or a protocol core.
+    answer_after: ClassVar[float] = 0.0  #: Seconds from the end of a request to its answer.
 
     clock: Clock
     send: Callable[[Any], None]

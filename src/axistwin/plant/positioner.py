@@ -36,10 +36,9 @@ class Positioner:
     home: str = ""
     servo: bool = False
     following_error: int | None = None
-    target: int = field(default=0, init=False)  # Where the present or latest move ends.
-    stopped_by: str = field(
-        default="", init=False
-    )  # "minus limit", "plus limit", "following error"; "" after the next start.
+    target: int = field(default=0, init=False)  #: Where the present or latest move ends.
+    stopped_by: str = field(default="", init=False)
+    """ "minus limit", "plus limit", "following error"; "" after the next start."""
 
     def connect(self, axis: StepperAxis, pins: dict[str, Pin], at_limit: Callable[[int], object]) -> "Positioner":
         """Return a positioner with these settings that moves an axis; its position is 0 there."""
@@ -87,6 +86,7 @@ class Positioner:
 
     @property
     def moving(self) -> bool:
+        """True until the motion has ended."""
         return self._drop_end is not None or self._axis.moving
 
     @property
@@ -104,6 +104,7 @@ class Positioner:
 
     @property
     def at_home(self) -> bool:
+        """True while the home input is high."""
         return self._home is not None and self._home.level
 
     # What moves
