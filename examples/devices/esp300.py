@@ -8,6 +8,7 @@ import re
 from typing import Any
 
 from axistwin.devices import Device, Input, Lines, Positioner, Refused, Why, command, query, register
+from axistwin.drivers import TextDriver
 
 CYCLE = 0.0004  # Seconds; the time stamps of errors count cycles of the servo.
 GENERAL = {
@@ -31,14 +32,15 @@ KNOWN = re.compile(rf"(\d*)(?:AB|DH|DP|MD|MF|MO|MV|OR|PA|PR|SM|ST|TB|TE|TP|TS|TV
 class Esp300(Device):
     model, title, line = "esp300", "Three-axis ESP300-like controller", "19200 8N1"
     framing = Lines(b"\r", ending=b"\r\n", ignore=b"\n", ignore_case=True, separator=b";")
-    axes = {n: Positioner(servo=True, minus=f"minus{n}", plus=f"plus{n}", home=f"home{n}") for n in "123"}
+    axes = {n: Positioner(10_000, servo=True, minus=f"minus{n}", plus=f"plus{n}", home=f"home{n}") for n in "123"}
     pins = {f"{side}{n}": Input(level=side != "home") for n in "123" for side in ("minus", "plus", "home")}
     memory = {n: dict(FACTORY) for n in "123"}
+    driver = TextDriver("{axis}MO;{axis}PA{position}", "{axis}TP", "{axis}MD?", "{axis}ST", counts=1000)
 
     def start(self) -> None:
         self.settings = {n: dict(stored) for n, stored in self.memory.items()}
         self.errors: list[tuple[int, int, str]] = []
-        self.powered, self.at_limit = dict.fromkeys(self.axes, False), dict.fromkeys(self.axes, True)
+        self.powered, self.reporting = dict.fromkeys(self.axes, False), dict.fromkeys(self.axes, True)
 
     def error(self, code: int, axis: str = "0") -> None:
         words = GENERAL[code] if axis == "0" else f"AXIS-{axis} {OF_AXIS[code]}"
@@ -55,7 +57,7 @@ class Esp300(Device):
             self.error(37 if not axis else 7 if found[2] or reason.why is Why.RANGE else 38)
 
     def limit_reached(self, axis: str, side: int) -> None:
-        if self.at_limit[axis]:
+        if self.reporting[axis]:
             self.error({+1: 4, -1: 5, 0: 3}[side], axis)
 
     @query("T{form:E|B}[?]", section="TE, TB")
@@ -84,10 +86,6 @@ class Esp300(Device):
         counts = {"TP": moved.position, "TV": moved.speed, "DP": moved.commanded, "PA": target}[name]
         return f"{counts * own['SU'] + 0:.4f}"
 
-    @query("VE[?]", section="VE")
-    def version(self) -> str:
-        return "ESP300-like Version 1.0"
-
     @command("SM", section="SM")
     def store(self) -> None:
         self.memory.update({n: dict(own) for n, own in self.settings.items()})
@@ -97,9 +95,9 @@ class Esp300(Device):
     def status(self) -> int:
         return sum(self.axes[n].moving << k for k, n in enumerate("123")) | any(self.powered.values()) << 4
 
-    @query("TS[?]", section="TS")
-    def status_byte(self) -> str:
-        return chr(self.status() | 0x40)
+    @query("{name:VE|TS}[?]", section="VE, TS")
+    def read_controller(self, name: str) -> str:
+        return "ESP300-like Version 1.0" if name == "VE" else chr(self.status() | 0x40)
 
     def ready(self, axis: str) -> Positioner:
         """Return an axis with its settings.  Raises Refused without motor power."""
@@ -107,7 +105,7 @@ class Esp300(Device):
             raise Refused("the motor power is off: send MO", 13)
         own, moved = self.settings[axis], self.axes[axis]
         moved.velocity, moved.acceleration, moved.deceleration = (own[name] / own["SU"] for name in ("VA", "AC", "AG"))
-        self.at_limit[axis] = True
+        self.reporting[axis] = True
         return moved
 
     @command("{axis}P{way:A|R}{to:float units}", section="PA, PR")
@@ -130,10 +128,10 @@ class Esp300(Device):
         if mode == 0:
             moved.move_to(0)
         elif mode in (3, 4):
-            self.at_limit[axis] = False
+            self.reporting[axis] = False
             moved.run(fast if mode == 3 else -fast)
             yield moved.done
-            if moved.stopped_by and not self.at_limit[axis]:
+            if moved.stopped_by and not self.reporting[axis]:
                 moved.define(0)
         elif not (yield from moved.find_home(fast, own["OL"] / own["SU"])):
             self.error(20, axis)

@@ -5,6 +5,7 @@ import pytest
 import axistwin
 from axistwin.core.units import S
 from axistwin.devices.making import product_of
+from axistwin.drivers import TextDriver
 from axistwin.testing import device_checks
 
 from .made import ask, client, example, on_a_bench
@@ -143,7 +144,16 @@ def test_what_is_stored_survives_a_loss_of_power(made):
     )
 
 
-@pytest.mark.parametrize("check", device_checks(MDrive))
+class Driven(MDrive):
+    """The motors with what a host sends them; in echo mode 2 only PR is answered."""
+
+    driver = TextDriver(
+        move="{axis}EM 2\n{axis}MA {position}", stop="{axis}EM 2\n{axis}SL 0",
+        position="{axis}EM 2\n{axis}PR P", busy="{axis}EM 2\n{axis}PR MV", at_rest=0,
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize("check", device_checks(Driven))
 def test_it_keeps_what_every_device_must(check):
     check()
 
