@@ -7,8 +7,8 @@ import pytest
 import axistwin
 from axistwin import Bench
 from axistwin.core.errors import UsageError
-from axistwin.devices import Device
-from axistwin.drivers import DriverError, RefusedError, SilentError, TextDriver, WrongAnswerError, connect
+from axistwin.devices import Device, Lines, Option
+from axistwin.drivers import DriverError, RefusedError, SilentError, TextDriver, WrongAnswerError, connect, make
 from axistwin.drivers.steps import Read, Write
 from axistwin.real.integrations import driver_inside
 
@@ -82,6 +82,25 @@ def test_an_echo_and_a_confirmation_are_taken_off_the_line():
     core = replace(STAGE, echo=True, confirmed=True)()
     assert said(core.axes["1"].move_to(5), b"1PA5\rOK\r\n")[0] == b"1PA5\r"
     assert said(core.axes["1"].asked("position"), b"1TP\r", b"5\r\n") == (b"1TP\r", 5.0)
+
+
+def test_what_comes_first_is_told_to_each_axis_and_its_answers_are_dropped():
+    core = replace(STAGE, begin="{axis}MO")()
+    assert said(core.synchronise(), b"", b"OK\r\n", b"OK\r\n", b"", b"0\r\n")[0] == b"1MO\r2MO\r1TP\r"
+
+
+class Addressed(Stage):
+    model, framing = "addressed", Lines(b"\r", address="@{number}")
+    options = Stage.options | {"number": Option(3, 1, 9)}
+
+
+def test_lines_begin_with_the_address_of_the_device():
+    core = make(Addressed, {})
+    assert said(core.axes["1"].move_to(5))[0] == b"@31PA5\r"
+    assert said(make(Addressed, {"address": "@7"}).axes["1"].move_to(5))[0] == b"@71PA5\r"
+    bench = Bench()
+    bench.add(Addressed, number=4)
+    assert driver_inside(bench, "addressed").core.driver.address == "@4"
 
 
 def test_what_goes_wrong_says_what_to_do():

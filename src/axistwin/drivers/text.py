@@ -20,7 +20,7 @@ Said = str | Callable[..., bytes]
 TIMEOUT_S = 0.5  # Beside the time that the characters take.
 MOST_BITS = 64 * 11
 _NUMBER = re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?")
-_TEXTS = ("move", "position", "busy", "stop", "abort", "run", "home", "define", "velocity")
+_TEXTS = ("move", "position", "busy", "stop", "abort", "run", "home", "define", "velocity", "begin")
 
 
 def number_in(answer: bytes) -> float:
@@ -35,7 +35,8 @@ class TextDriver:
 
     Instead of a text a function of these names may return the bytes, e.g. of a datagram.  `busy` asks whether an axis
     moves, and `at_rest` is the answer if it does not.  `abort`: default `stop`.  `run`: move until stopped.  `define`:
-    give the position a number.  `velocity`: set that of the next moves.  `counts`: counts per unit of the numbers.
+    give the position a number.  `velocity`: set that of the next moves.  `begin`: what each axis is told first, e.g. to
+    switch the motor on.  `counts`: counts per unit of the numbers.
     `confirmed`: the controller also answers what is no question.  `size`: length of all answers; 0: lines.  `value`:
     function that finds the number in an answer.
     """
@@ -49,6 +50,7 @@ class TextDriver:
     home: Said = ""
     define: Said = ""
     velocity: Said = ""
+    begin: Said = ""
     at_rest: float = 1
     counts: float = 1
     confirmed: bool = False
@@ -59,6 +61,7 @@ class TextDriver:
     ending: bytes | None = None  # Terminator of answers; None: that of the requests.
     echo: bool = False
     line: str = "9600 8N1"
+    address: str = ""  # What each line begins with.
 
     def __post_init__(self) -> None:
         for name in _TEXTS:
@@ -77,11 +80,11 @@ class TextDriver:
         if callable(given):
             known = given.__code__.co_varnames[: given.__code__.co_argcount]
             return bytes(given(**{key: value for key, value in values.items() if key in known}))
-        return str(given).format(**values).encode("latin-1") + self.terminator if given else b""
+        return f"{self.address}{given.format(**values)}".encode("latin-1") + self.terminator if given else b""
 
-    def __call__(self, timeout: float = TIMEOUT_S) -> "TextCore":
-        """Return the protocol core."""
-        return TextCore(self, timeout)
+    def __call__(self, timeout: float = TIMEOUT_S, address: str | None = None) -> "TextCore":
+        """Return the protocol core.  `address`: what each line begins with; None: as the device is delivered."""
+        return TextCore(self if address is None else replace(self, address=address), timeout)
 
 
 def core_of_device(device: Any) -> Callable[..., Core]:
@@ -103,7 +106,9 @@ def core_of_device(device: Any) -> Callable[..., Core]:
                 "e.g. TextDriver(move=lambda axis, position: ..., size=9, value=lambda answer: ...)"
             )
         lines = {name: getattr(framing, name) for name in ("terminator", "ending", "echo") if hasattr(framing, name)}
-        driver = replace(driver, axes=driver.axes or device.axes, line=device.line, **lines)
+        usual = {name: option.usual for name, option in device.options.items()}
+        address = driver.address or (framing.address.format(**usual) if lines else "")
+        driver = replace(driver, axes=driver.axes or device.axes, line=device.line, address=address, **lines)
     found: Callable[..., Core] = driver
     return found
 
@@ -120,8 +125,12 @@ class TextCore(Core):
         self.axes = {axis.name: axis for axis in self._axes}
 
     def synchronise(self) -> Procedure[None]:
-        """Discard what is on the line, and ask the first axis for its position."""
+        """Discard what is on the line, tell the axes what comes first, and ask the first one for its position."""
         yield from self._discard(0.0)
+        if self.driver.begin:
+            for axis in self._axes:
+                yield Write(self.driver.said("begin", axis=axis.name))
+            yield from self._discard(self.timeout)
         for axis in self._axes[:1]:
             yield from axis.asked("position")
 

@@ -170,6 +170,10 @@ def of_bench(bench: Bench, name: str) -> tuple[Product, dict[str, Any], dict[str
         given = {"addresses": tuple(range(1, len(shafts) + 1)), "rs485": bench.lines[name].channel == "rs485"}
     else:
         made = bench[name].product
+        framing: Any = getattr(made.driver, "framing", None)
+        if getattr(framing, "terminator", b"") and framing.address:
+            usual = {option: found.usual for option, found in made.driver.options.items()}
+            given["address"] = framing.address.format(**{**usual, **bench[name].given})
     if made.model == "smartmotor" and any(axis.limits for axis in shafts.values()):
         given["limits"] = True
     return made, given, {axis: found.units for axis, found in shafts.items() if found.units}
