@@ -1,5 +1,8 @@
 """The names of models: ours, those of installed packages, classes and products."""
 
+import subprocess
+import sys
+
 import pytest
 
 from axistwin import Bench
@@ -10,7 +13,7 @@ from axistwin.controllers.registry import OURS
 from axistwin.core.errors import UsageError
 from axistwin.devices import Device
 
-from ..command import refused, run
+from ..command import PATIENCE_S, refused, run
 from .conftest import STAGE
 
 COPY = 'from axistwin.bench import product\nX9 = product("if1")._replace(model="x9", title="Model X9")\n'
@@ -117,3 +120,15 @@ def test_nobody_looks_for_packages_before_an_unknown_name(monkeypatch):
 def test_entry_points_are_read_as_packages_write_them(monkeypatch):
     text = "# devices\n[axistwin.devices]\n; of ours\nStage=a.b:C.D [extra]\n x1 = a:B\nwrong\n[other]\ny = a:B\n"
     assert list(registry._devices(text)) == [("stage", "a.b:C.D"), ("x1", "a:B")]
+
+
+@pytest.mark.parametrize("command", ["run", "check"])
+def test_our_models_need_no_module_of_devices(tmp_path, command):
+    (tmp_path / "a.if1").write_text("X100$\n")
+    code = (
+        f"import sys; from axistwin.cli.program import execute; execute([{command!r}, 'if1', 'a.if1']); "
+        "print([name for name in sys.modules if name.startswith(('axistwin.devices', 'importlib.metadata'))])"
+    )
+    program = [sys.executable, "-c", code]
+    done = subprocess.run(program, cwd=tmp_path, capture_output=True, text=True, timeout=PATIENCE_S, check=True)
+    assert done.stdout.splitlines()[-1] == "[]"

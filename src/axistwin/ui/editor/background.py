@@ -14,7 +14,6 @@ from typing import Any, ParamSpec, TypeVar
 
 from axistwin.controllers.registry import FILES
 from axistwin.core.child import Child, pipes
-from axistwin.devices.loading import load_texts
 
 Given = ParamSpec("Given")
 Result = TypeVar("Result")
@@ -66,6 +65,8 @@ class Background:
         process = self._process = self._process or Child(__name__, "work")
         try:
             if first and FILES:  # The devices of others that this process has loaded.
+                from axistwin.devices.loading import load_texts
+
                 process.send(pickle.dumps((load_texts, (dict(FILES.values()),), {})))
                 process.receive()
             process.send(task)
