@@ -29,6 +29,7 @@ from ..command import Finished, listening, refused, run, running
 from ..panel.showing import driver_of, show_to, stage
 from ..sessions.driving import drive
 from .conftest import names
+from .stages import said
 
 __all__ = ["names"]
 HERE = Path(__file__).parent
@@ -174,6 +175,19 @@ def test_serve_term_record_and_replay():
     done = axistwin_("term", "stage", "--speed", "max", typed="1PA300\n:axes\n1TP\n:next\n")
     assert "1  300  at rest" in done.out and "< 300<CR>" in done.out and "type  <axis>TP" in done.out
     assert "3 acts of the controller, none different in bytes" in axistwin_("replay", "move.talk").out
+
+
+def test_typed_lines_end_as_the_model_wants_them_and_datagrams_are_typed_in_hex():
+    mdrive = Path(axistwin.__file__).parents[2] / "examples" / "devices" / "mdrive.py"
+    assert "< XPR P<CR><LF>" in run("--device", mdrive, "term", "mdrive", "--speed", "max", typed="XPR P\n").out
+    asked = "".join(f"\\x{byte:02X}" for byte in said(6, 8, "1"))
+    done = axistwin_("term", "module", "--speed", "max", typed=f"{asked}\n")
+    assert done.out == f"> {asked}\n< <02><01>d<06><NUL><NUL><NUL><01>n\n"  # status 100, command 6, value 1
+    with running("--device", "stage.py", "serve", "module", "--show-hosts", "--tcp", "127.0.0.1:0") as program:
+        listening(program)
+        shown = [program.stdout.readline() for _ in range(5)]
+    assert any("read_termination=None, write_termination=None" in line for line in shown)
+    assert any('asynOctetSetOutputEos("module", 0, "")' in line for line in shown)
 
 
 def test_serve_for_tests_and_a_driver():

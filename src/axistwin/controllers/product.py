@@ -210,6 +210,7 @@ class Product(NamedTuple):
     """Function that creates an axis from its options; the bench connects its switches later."""
     check: "Checker | None" = None
     make_rules: Callable[[], "tuple[Rule, ...]"] = tuple  # Function that imports and returns `rules`.
+    endings: tuple[bytes, bytes] = (b"\r", b"\r")  # Terminators of a host's lines and of answers; b"" for datagrams.
     line: UartFormat | None = None  # Default character format of the host; None: no serial port.
     limit_pins: Mapping[str, tuple[str, str]] = MappingProxyType({})
     """Pins of the minus and the plus limit input, by axis; axes with the same pins share them in series."""

@@ -42,6 +42,7 @@ class Framing(ABC):
     """What `Lines` and `Datagrams` have in common."""
 
     fields: tuple[str, ...] = ()
+    endings: tuple[bytes, bytes] = (b"", b"")  # Terminators of requests and of answers.
     address: str = ""
 
     @abstractmethod
@@ -88,6 +89,10 @@ class Lines(Framing):
                 f"invalid terminator {self.terminator!r}: expected characters that are not ignored, "
                 'e.g. Lines(b"\\r", ignore=b"\\n")'
             )
+
+    @property
+    def endings(self) -> tuple[bytes, bytes]:  # type: ignore[override]
+        return self.terminator, self.terminator if self.ending is None else self.ending
 
     def reader(self, port: Port) -> Receive:
         line, wrong = bytearray(), ""
@@ -147,7 +152,7 @@ class Lines(Framing):
             return answer
         if not isinstance(answer, str | int | float) or isinstance(answer, bool):
             raise TypeError(f"returned {type(answer).__name__}: expected text, a number, bytes or None")
-        return str(answer).encode("latin-1", "replace") + (self.terminator if self.ending is None else self.ending)
+        return str(answer).encode("latin-1", "replace") + self.endings[1]
 
 
 def add8(data: bytes) -> bytes:

@@ -61,8 +61,9 @@ def product_of(kind: type[Device]) -> Product:
         line=line_format(kind.line, UartFormat())[0],
         limit_pins={name: (axis.minus, axis.plus) for name, axis in kind.axes.items() if axis.minus and axis.plus},
         home_pins={name: axis.home for name, axis in kind.axes.items() if axis.home},
-        make_front=lambda: _front(kind), driver=kind, check=checker_of(kind, entries, address),
-        make_rules=lambda: RULES, phrase=lambda entry, values: kind.framing.phrase(entry, values, address),
+        endings=kind.framing.endings, make_front=lambda: _front(kind), driver=kind,
+        check=checker_of(kind, entries, address), make_rules=lambda: RULES,
+        phrase=lambda entry, values: kind.framing.phrase(entry, values, address),
     )  # fmt: skip
 
 

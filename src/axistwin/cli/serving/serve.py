@@ -315,7 +315,9 @@ def _host_lines(server: Server, name: str, url: PortUrl) -> Iterator[str]:
 
     if url.scheme == "bus":
         return host_lines.bus(url)
-    return host_lines.lines(name, url, server.bench.port(name).host.format)
+    controller = server.bench.controllers.get(name.partition(".")[0])
+    ends = (b"\r", b"\r") if controller is None else controller.product.endings
+    return host_lines.lines(name, url, server.bench.port(name).host.format, ends)
 
 
 def _catch_up_regularly(pacer: Pacer, files: _Files) -> None:

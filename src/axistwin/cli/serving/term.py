@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from axistwin.bench import Bench, Controller, is_model, product
+from axistwin.bench.codec import CHARACTERS
 from axistwin.bench.models import models
 from axistwin.bench.options import read_options
 from axistwin.bench.programs import command_lines
@@ -43,8 +44,7 @@ Lines = asyncio.Queue[bytes | LinkError | None]
 @click.option("--no-init", is_flag=True, help="Do not initialise a virtual controller.")
 @click.option("--speed", default="1", show_default=True, metavar="N|max", help="Virtual time per real time.")
 @click.option("--line", metavar="FORMAT", help="Line format, e.g. '9600 8N2'; for a virtual controller also 'instant'.")
-@click.option("--end", type=click.Choice(list(ENDS)), default="cr", show_default=True,
-              help="Characters sent for Enter.")  # fmt: skip
+@click.option("--end", type=click.Choice(list(ENDS)), help="Characters sent for Enter; default: the model's, or cr.")
 @click.option(
     "--tutor/--no-tutor",
     default=None,
@@ -61,7 +61,7 @@ Lines = asyncio.Queue[bytes | LinkError | None]
 @click.option("--state", type=click.Path(file_okay=False, path_type=Path),
               help="Directory for the data kept without power.")  # fmt: skip
 def term(
-    target: str, no_init: bool, speed: str, line: str | None, end: str, tutor: bool | None, keyboard: str,
+    target: str, no_init: bool, speed: str, line: str | None, end: str | None, tutor: bool | None, keyboard: str,
     options: tuple[str, ...], state: Path | None,
 ) -> int:  # fmt: skip
     """Open a terminal to a virtual MODEL in this process, or to a controller at a PORT.
@@ -100,10 +100,11 @@ def term(
         raise UsageError(f"--keyboard {keyboard} is only for an IF1 or IF2: leave out this option for {target}")
     if known:
         made = partial(_bench, target, state=state, line=line, **read_options(options))
-        return asyncio.run(_virtual(made, read_speed(speed), ENDS[end], keyboard, not no_init, tutor))
+        ending = ENDS[end] if end else product(target).endings[0]
+        return asyncio.run(_virtual(made, read_speed(speed), ending, keyboard, not no_init, tutor))
     if option := next((name.replace("_", "-") for name, given in local.items() if given), None):
         raise UsageError(f"--{option} is only for a virtual controller: give a model instead of a port, e.g. if1")
-    return asyncio.run(_port(target, line, ENDS[end], keyboard))
+    return asyncio.run(_port(target, line, ENDS[end or "cr"], keyboard))
 
 
 def _is_port(target: str) -> bool:
@@ -247,7 +248,7 @@ async def _converse(screen: Screen, commands: LocalCommands, lines: Lines, end: 
                 break
         else:
             try:
-                data = _codes(keyboard, line) + end
+                data = _codes(keyboard, line) + end if end else CHARACTERS.read(line.decode(errors="replace"))
                 screen.aside(*commands.asides(data))
                 commands.end.send(data)
             except ProgramError as error:

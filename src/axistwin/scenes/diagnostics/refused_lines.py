@@ -87,7 +87,7 @@ def explain(product: Product, refusal: Refusal) -> str:
         return refusal.why if refusal.rule is None else f"{refusal.why} [{refusal.rule.code}]: {_said(refusal.rule)}"
     if product.check is None:
         return "no command of this controller matches"
-    line = refusal.data if product.language is not None else refusal.data + b"\r"
+    line = refusal.data if product.language is not None else refusal.data + product.endings[0]
     found = check_last(product.check, [line])
     errors = [each for each in found if each.severity is Severity.ERROR] or found
     if not errors:

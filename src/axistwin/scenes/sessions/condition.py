@@ -292,7 +292,7 @@ def _send(controller: Controller, reason: Reason) -> Button | None:
     found = _COMMAND.fullmatch(reason.remedy)
     if found is None or found[1].startswith(":"):
         return None
-    data, language = found[1].encode("latin-1") + b"\r", controller.product.language
+    data, language = found[1].encode("latin-1") + controller.product.endings[0], controller.product.language
     if on_a_bus(controller) and language is not None:
         try:
             data = language.read(found[1])

@@ -20,7 +20,7 @@ class Person:
     pages: int = 0  # Number of connected pages.
     left_s: float = field(default_factory=monotonic)  # Time at which a page was last disconnected.
     lines: dict[str, list[str]] = field(default_factory=dict)  # Lines that the user has typed, by terminal.
-    ending: str = "CR"  # Terminator of typed lines.
+    ending: str = "usual"  # Terminator of typed lines; usual: that of the model.
     settings: dict[str, object] = field(default_factory=dict)
 
     def came(self) -> None:

@@ -13,7 +13,7 @@ from time import perf_counter
 from typing import Any
 
 from axistwin.bench import Bench, Controller
-from axistwin.bench.codec import codec_of, unpadded
+from axistwin.bench.codec import CHARACTERS, codec_of, unpadded
 from axistwin.bench.controller import on_a_bus
 from axistwin.bench.models import models
 from axistwin.controllers.front import Item, Lamp
@@ -247,7 +247,8 @@ class Playground:
             comments = tutor.sending(data)
             self._add(name, "host", f"{text}\n")
         else:
-            data = text.encode("latin-1", "replace") + b"\r"
+            ending = controller.product.endings[0]
+            data = text.encode("latin-1", "replace") + ending if ending else CHARACTERS.read(text)
             comments = tutor.sending(data)
             session.do(name, "flow", Flow.DTR.value)
         session.say(name, data)

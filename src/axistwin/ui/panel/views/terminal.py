@@ -18,7 +18,7 @@ from axistwin.ui.panel.views.asides import Asides
 from axistwin.ui.panel.views.lessons import LessonCard
 from axistwin.ui.teaching.commands import own_command
 
-TERMINATORS = {"CR": b"\r", "LF": b"\n", "CR LF": b"\r\n", "space": b" ", "nothing": b""}
+TERMINATORS = {"usual": b"\r", "CR": b"\r", "LF": b"\n", "CR LF": b"\r\n", "space": b" ", "nothing": b""}
 REMEMBERED = 100
 
 
@@ -125,9 +125,14 @@ class _Terminal:
     def _bytes(self, text: str, ending: str) -> bytes:
         codec = endpoints.codec_at(self._context.bench, self._name)
         try:
-            return codec.read(text) if self._whole else codec.read(text) + TERMINATORS[ending]
+            return codec.read(text) if self._whole else codec.read(text) + self._ending(ending)
         except ProgramError as error:
             raise UsageError(f"invalid text in column {error.column} of the line: {error.message}") from error
+
+    def _ending(self, chosen: str) -> bytes:
+        if chosen == "usual" and (controller := self._context.bench.controllers.get(self._name)) is not None:
+            return controller.product.endings[0]
+        return TERMINATORS[chosen]
 
     # Before the first message
 
