@@ -129,6 +129,18 @@ def test_the_other_axes_stop_on_their_ramp(bench, if1):
     assert if1.axes["Y"].position == if1.axes["Z"].position > if1.axes["X"].position
 
 
+def test_the_pulse_of_the_nanosecond_of_a_drive_fault_stays_made(bench, if1):
+    """15 pulses in 30 ms of ramp; the 334th is due 319/700 s later, 0.71 ns after the begin of its nanosecond."""
+    write(if1, "X1000@700$")
+    at_speed(bench, if1)
+    axis = if1.axes["X"]
+    bench.clock.run_to(axis.train.move.start_ns + 485_714_285)
+    assert axis.position == 334
+    if1.pins["x_fault"].drive(False)
+    bench.run(0.1)
+    assert axis.position == 334
+
+
 def test_the_other_outputs_are_not_touched_by_faults(bench, if1):
     """Optional fault output: with link 3 in position a, output 5 is an ordinary output, which faults do not change."""
     command(bench, if1, "S15$", seconds=0.1)

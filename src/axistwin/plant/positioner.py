@@ -139,7 +139,8 @@ class Positioner:
     def abort(self) -> None:
         """Stop at once, without a ramp."""
         self._cancel()
-        self._halt()
+        if self._axis.moving:
+            self._axis.halt()
         self._end()
 
     def find_home(self, velocity: float, slow: float) -> Procedure:
@@ -165,21 +166,14 @@ class Positioner:
     def disconnect(self) -> None:
         """End all motion: the power is off."""
         self._cancel()
-        self._halt()
+        if self._axis.moving:
+            self._axis.halt()
         if self._watch is not None:
             kill(self._watch)
         for end in self._ends:
             end()
 
     # How it moves
-
-    def _halt(self) -> None:
-        if self._axis.moving:
-            self._axis.replace(self._whole())
-
-    def _whole(self) -> Profile:
-        move = self._axis.train.move
-        return move.profile.cut_whole(self._clock.now - move.start_ns)
 
     def _begin(self, goal: Any) -> None:
         self._goal, self.stopped_by = goal, ""
@@ -217,7 +211,8 @@ class Positioner:
         self._cancel()
         profile = Profile(segments, phase=fraction, before=rate)
         if self._axis.moving:
-            self._axis.train.replace(self._whole())
+            move = self._axis.train.move
+            self._axis.train.replace(move.profile.cut_whole(self._clock.now - move.start_ns))
         self._axis.start(profile, direction)
         if profile.end_ns is not None:
             self._drop_end = self._clock.call_unless(profile.end_ns, self._over)

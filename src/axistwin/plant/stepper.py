@@ -133,7 +133,7 @@ class StepperAxis(Shaft):
 
     def halt(self) -> None:
         """Stop the pulses at once."""
-        self.replace(self.train.move.profile.cut(self.clock.now - self.train.move.start_ns))
+        self.replace(self.train.move.profile.cut_whole(self.clock.now - self.train.move.start_ns))
 
     @property
     def encoder_count(self) -> int | None:

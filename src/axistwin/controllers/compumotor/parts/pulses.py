@@ -193,7 +193,7 @@ class PulseGenerator:
     def kill(self) -> None:
         """Stop the pulses at once, without deceleration."""
         if self.moving:
-            self._output = self._output.cut(self._elapsed_ns)
+            self._output = self._output.cut_whole(self._elapsed_ns)
             self.axis.halt()
             self._plan += 1
             self._enter(Phase.REST)

@@ -115,7 +115,7 @@ class RampGenerator:
             return
         self.axes[axis].halt()
         if not self.directions:
-            self._change(self.profile.cut(self._elapsed_ns))
+            self._change(self.profile.cut_whole(self._elapsed_ns))
 
     def stop(self) -> None:
         """Stop all axes immediately.  Called when the power is switched off."""
