@@ -50,7 +50,8 @@ def offered(editing, *lines):
 def test_an_editor_offers_its_commands_axes_and_name(model):
     talk, scene = Conversations(), Scenes()
     assert offered(talk, "; model: stage", "> ") == ["<axis>PA<position>", "<axis>TP"]
-    assert offered(talk, "; model: stage", "> 1PA") == [] and talk.hover(["; model: stage", "> 1TP"], 2, 3) is None
+    assert offered(talk, "; model: stage", "> 1PA") == []
+    assert talk.hover(["; model: stage", "> 1TP"], 2, 3).text.startswith("**<axis>TP** tell position")
     assert "1.position" in offered(talk, "; model: stage", "= ")
     assert offered(talk, "; model: ")[-1] == "stage" and '"stage"' in offered(scene, "[[controller]]", "model = ")
     controller = ("[[controller]]", 'model = "stage"')
