@@ -14,10 +14,9 @@ MOST = 20  # Largest number of moves that are printed.
 
 def report(found: Motion, tolerance: Tolerance, files: tuple[str, str]) -> None:
     """Print the moves side by side, those that differ first, and the verdict."""
-    broken = found.broken(tolerance)
-    legs = [*broken, *(leg for leg in found.legs if leg not in broken)]
+    legs = sorted(found.legs, key=lambda leg: not leg.differs(tolerance))
     titles = ("move", "axes", "begins at s", "takes s", "ends at", "apart")
-    rows = [titles, *(_row(leg, leg in broken) for leg in legs[:MOST])]
+    rows = [titles, *(_row(leg, leg.differs(tolerance)) for leg in legs[:MOST])]
     for line in columns(rows if found.by_move else [(row[1], *row[4:]) for row in rows]):
         click.echo(line)
     if len(legs) > MOST:

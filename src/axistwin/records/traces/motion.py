@@ -59,6 +59,9 @@ class Leg(NamedTuple):
     def late_ns(self) -> int:
         return abs(self.lasted_ns[0] - self.lasted_ns[1])
 
+    def differs(self, tolerance: Tolerance) -> bool:
+        return self.apart > tolerance.value or self.late_ns > tolerance.time_ns
+
 
 @dataclass(frozen=True)
 class Motion:
@@ -72,7 +75,7 @@ class Motion:
 
     def broken(self, tolerance: Tolerance) -> list[Leg]:
         """Return the moves of axes that differ by more than the tolerance."""
-        return [leg for leg in self.legs if leg.apart > tolerance.value or leg.late_ns > tolerance.time_ns]
+        return [leg for leg in self.legs if leg.differs(tolerance)]
 
     def aligned(self, path: AxisPath) -> "tuple[Times, Values]":
         """Return an axis of the second trace, with its moves where the first trace has them."""
