@@ -150,7 +150,10 @@ def test_options_out_of_range(option, message):
     ({"model": None}, 'class Wrong has no model: add one, e.g. model = "stage"'),
     ({"memory": {"speed": b"1"}}, "invalid memory: Object of type bytes is not JSON serializable: expected numbers"),
     ({"framing": Lines(address="{adress}")}, "invalid address '{adress}': 'adress': expected the name of an option"),
-    ({"axes": {"X": Positioner(plus="end")}}, "axis X names 'end': add it to the pins, e.g. 'end': Input(level=True)"),
+    ({"axes": {"X": Positioner(home="end")}}, "axis X names 'end': add it to the pins, e.g. 'end': Input(level=True)"),
+    ({"axes": {"X": Positioner(plus="end")}}, "axis X has one limit input: name two, an unused Input(level=True)"),
+    ({"axes": {"line": Positioner()}}, "the name 'line' of an axis or option is in use: choose another"),
+    ({"axes": {"X": Positioner()}, "options": {"X": Option(1)}}, "the name 'X' of an axis or option is in use"),
     ({"options": {"address": 1}}, "option address is 1: expected Option(...), e.g. Option(1, 1, 255)"),
     ({"line": "fast"}, "invalid baud rate or character format 'fast'"),
 ])  # fmt: skip

@@ -30,6 +30,7 @@ from axistwin.sim.signal import Alarms, Signal
 
 MOST_WAITING = 64  # Largest number of requests that wait for a procedure that blocks.
 KINDS = {int: "a whole number", float: "a number", str: "a text", bool: "True or False"}  # Of options.
+RESERVED = "model", "name", "state", "line", "history"  # Keywords of `Bench.add`.
 _log = getLogger("axistwin.devices")
 
 
@@ -45,7 +46,12 @@ def product_of(kind: type[Device]) -> Product:
         lambda entry, line: lines is not None and lines.compiled(entry, kind.axes).fullmatch(line) is not None,
         next(iter(kind.axes), ""),
     )  # fmt: skip
+    names = [*kind.axes, *kind.options]
+    if taken := [name for name in names if name in RESERVED or names.count(name) > 1]:
+        raise UsageError(f"{_place(kind)}: the name {taken[0]!r} of an axis or option is in use: choose another")
     for name, axis in kind.axes.items():
+        if bool(axis.minus) is not bool(axis.plus):
+            raise UsageError(f"{_place(kind)}: axis {name} has one limit input: name two, an unused Input(level=True)")
         for pin in filter(None, (axis.minus, axis.plus, axis.home)):
             if not isinstance(kind.pins.get(pin), Input):
                 raise UsageError(
