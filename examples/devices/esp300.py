@@ -39,7 +39,7 @@ class Esp300(Device):
 
     def start(self) -> None:
         self.settings = {n: dict(stored) for n, stored in self.memory.items()}
-        self.errors: list[tuple[int, int, str]] = []
+        self.errors, self.searches = list[tuple[int, int, str]](), dict[str, Any]()
         self.powered, self.reporting = dict.fromkeys(self.axes, False), dict.fromkeys(self.axes, True)
 
     def error(self, code: int, axis: str = "0") -> None:
@@ -100,9 +100,10 @@ class Esp300(Device):
         return "ESP300-like Version 1.0" if name == "VE" else chr(self.status() | 0x40)
 
     def ready(self, axis: str) -> Positioner:
-        """Return an axis with its settings.  Raises Refused without motor power."""
         if not self.powered[axis]:
             raise Refused("the motor power is off: send MO", 13)
+        if axis in self.searches:
+            self.end(self.searches.pop(axis))
         own, moved = self.settings[axis], self.axes[axis]
         moved.velocity, moved.acceleration, moved.deceleration = (own[name] / own["SU"] for name in ("VA", "AC", "AG"))
         self.reporting[axis] = True
@@ -118,13 +119,14 @@ class Esp300(Device):
 
     @command("{axis}MV{direction:+|-}", section="MV")
     def move_on(self, axis: str, direction: str) -> None:
-        moved = self.ready(axis)
-        moved.run(moved.velocity if direction == "+" else -moved.velocity)
+        (moved := self.ready(axis)).run(moved.velocity if direction == "+" else -moved.velocity)
 
     @command("{axis}OR[{mode:int 0..4}]", section="OR")
-    def search_home(self, axis: str, mode: int | None) -> Any:
-        moved, own = self.ready(axis), self.settings[axis]
-        fast = own["OH"] / own["SU"]
+    def search_home(self, axis: str, mode: int | None) -> None:
+        self.searches[axis] = self.begin(self.search(axis, mode, self.ready(axis)))
+
+    def search(self, axis: str, mode: int | None, moved: Positioner) -> Any:
+        fast, slow = (self.settings[axis][name] / self.settings[axis]["SU"] for name in ("OH", "OL"))
         if mode == 0:
             moved.move_to(0)
         elif mode in (3, 4):
@@ -133,7 +135,7 @@ class Esp300(Device):
             yield moved.done
             if moved.stopped_by and not self.reporting[axis]:
                 moved.define(0)
-        elif not (yield from moved.find_home(fast, own["OL"] / own["SU"])):
+        elif not (yield from moved.find_home(fast, slow)):
             self.error(20, axis)
 
     @command("{axis}DH[{position:float units}]", section="DH")
