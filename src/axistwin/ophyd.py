@@ -27,7 +27,7 @@ from axistwin.drivers.asynchronous import AsyncAxis, AsyncController
 from axistwin.drivers.axis import Scale, Status
 from axistwin.drivers.blocking import arrived, nothing
 from axistwin.drivers.errors import RefusedError
-from axistwin.drivers.models import make
+from axistwin.drivers.models import MODELS, make
 
 if TYPE_CHECKING:
     from axistwin.bench import Bench
@@ -42,7 +42,7 @@ class Controller:
     """
 
     def __init__(self, url: str, model: Any, *, baud: int | None = None, **options: Any) -> None:
-        self.driver = AsyncController(url, make(model, options), baud)
+        self.driver = AsyncController(url, make(_described(model), options), baud)
         self._connected = False
 
     @classmethod
@@ -78,6 +78,15 @@ class Controller:
         """Close the port.  A motion in progress continues."""
         self._connected = False
         await self.driver.close()
+
+
+def _described(model: Any) -> Any:
+    """Return what `make` takes for the name of a device of others."""
+    if isinstance(model, str) and model not in MODELS:
+        from axistwin.bench.models import is_model, product  # lazy import: our drivers do not need the emulator
+
+        return product(model).driver if is_model(model) else model
+    return model
 
 
 class Motor(StandardReadable, AsyncLocatable[float], Stoppable, Triggerable):

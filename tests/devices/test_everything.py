@@ -11,6 +11,7 @@ from pathlib import Path
 from shutil import copyfile
 
 import pytest
+import serial
 
 import axistwin
 from axistwin import Bench, Scene, Session
@@ -25,7 +26,7 @@ from axistwin.ui.panel.views.front import front
 from axistwin.ui.playground.playground import Playground
 
 from ..benches import bench_of
-from ..command import Finished, listening, refused, run, running
+from ..command import Finished, ended, listening, refused, run, running
 from ..panel.showing import driver_of, show_to, stage
 from ..sessions.driving import drive
 from .conftest import names
@@ -110,7 +111,7 @@ def test_a_difference_is_reported_with_its_line():
 
 def test_options_out_of_range_name_what_was_expected():
     done = axistwin_("run", "stage", "move.talk", "--option", "delay=9", code=2)
-    assert done.err == "axistwin: delay=9: expected a number from 0 to 5\n"
+    assert done.err == "axistwin: invalid delay=9 of stage: expected a number from 0 to 5, e.g. delay=0.2\n"
 
 
 def test_traces_plots_reports_and_diff():
@@ -177,6 +178,20 @@ def test_serve_term_record_and_replay():
     assert "3 acts of the controller, none different in bytes" in axistwin_("replay", "move.talk").out
 
 
+def test_what_is_recorded_is_replayed():
+    with running("--device", "stage.py", "serve", "stage") as program:
+        _, url = listening(program)
+        words = ("record", "--serial", f"socket://{url.address}", "--model", "stage", "-o", "real.talk")
+        with running("--device", "stage.py", *words) as recorder:
+            _, relay = listening(recorder)
+            with serial.serial_for_url(f"socket://{relay.address}", timeout=30) as host:
+                host.write(b"1PA50\r2TP\r")
+                assert host.read_until(b"\r") == b"0\r"
+            assert ended(recorder)[0] == 0
+    assert "; model: stage" in Path("real.talk").read_text(encoding="utf-8")
+    assert "1 act of the controller" in axistwin_("replay", "real.talk", "--patience", 60).out
+
+
 def test_typed_lines_end_as_the_model_wants_them_and_datagrams_are_typed_in_hex():
     mdrive = Path(axistwin.__file__).parents[2] / "examples" / "devices" / "mdrive.py"
     assert "< XPR P<CR><LF>" in run("--device", mdrive, "term", "mdrive", "--speed", "max", typed="XPR P\n").out
@@ -225,6 +240,22 @@ def test_epics_and_opcua():
         code, words = refused("--device", "none.py", *command)
         assert (code, words.count("\n")) == (2, 1)
         assert "bare does not say how a host moves it: expected a driver in its class, e.g. driver = Text" in words
+
+
+def test_a_scan_with_ophyd():
+    ophyd = pytest.importorskip("axistwin.ophyd", reason="the extra [ophyd] is not installed")
+    from bluesky import RunEngine
+    from bluesky.plans import scan
+
+    load("stage.py")
+    bench, engine, found = Bench(), RunEngine(), []
+    engine.subscribe(lambda name, document: found.append(document["data"]["m"]) if name == "event" else None)
+    bench.add("stage")
+    motor = ophyd.Controller.inside(bench, "stage").motor("1", name="m", counts_per_unit=100, unit="mm")
+    asyncio.run_coroutine_threadsafe(motor.connect(), engine.loop).result(10)
+    engine(scan([], motor, 0, 2, 3))
+    assert found == [0, 1, 2] and bench["stage"].axes["1"].position == 200
+    assert list(ophyd.Controller("socket://127.0.0.1:1", "stage").driver.axes) == ["1", "2"]
 
 
 def test_the_pytest_plug_in(tmp_path):
