@@ -10,6 +10,7 @@ from axistwin.devices import Device, Lines, Positioner, command, query
 from axistwin.drivers import TextDriver
 from axistwin.testing import device_checks, watching
 
+from .. import campaigns
 from .stages import Module, Stage
 
 OURS = ("if1", "if2", "1810", "1811", "smartmotor")
@@ -199,3 +200,7 @@ def test_a_check_is_repeated_by_its_seed():
 def test_an_unknown_model_is_refused_when_the_tests_are_collected():
     with pytest.raises(UsageError, match="no model 'stag'"):
         device_checks("stag")
+
+
+def test_the_campaign_with_other_seeds_finds_nothing_here():
+    assert campaigns.campaign("devices").failures("1810", range(40, 42)) == []

@@ -8,7 +8,7 @@ def test_stage(check):
 """
 
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -138,8 +138,9 @@ class Talk:
             controller.serial.subscribe_received(lambda byte, _: self.heard.append((bench.now, bytes([byte]))))
 
     def say(self, script: Script, run_to: Callable[[int], object] | None = None, *, in_pieces: bool = False) -> None:
-        with host_of(self.controller) as host:
-            host.subscribe_received(lambda data: None)  # On a bus a message is fetched only by a host that reads.
+        with host_of(self.controller) as host, ExitStack() as stack:
+            # On a bus a message is fetched only by a host that reads.
+            stack.callback(host.subscribe_received(lambda data: None))
             for at_ns, data in script:
                 (run_to or self.bench.clock.run_to)(at_ns)
                 for piece in [bytes([byte]) for byte in data] if in_pieces else [data] if data else []:

@@ -96,7 +96,7 @@ class Compumotor(Dialect):
         if field.name == "ranges":
             return b"\x00"
         value = next(iter(getattr(field, "choices", ())), None) or pick(field)
-        return bytes(field.encode(value % 256 if field.size == 1 and field.low is None else value))
+        return bytes(field.encode(value % 256**field.size if field.low is None else value))
 
 
 class SmartMotor(Dialect):
