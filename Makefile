@@ -26,13 +26,14 @@ docs: $(BIN)/lint-imports      ## the documentation site, in build/docs; a warni
 PYODIDE := 314.0.7
 ENGINE := build/engine
 
-engine: $(BIN)/lint-imports    ## Pyodide, pydantic-core and axistwin's wheel for the playground, in build/engine
+engine: $(BIN)/lint-imports    ## Pyodide, pydantic-core and axistwin for the playground, in build/engine
 	npm install --silent --prefix build/npm pyodide@$(PYODIDE)
 	mkdir -p $(ENGINE)
 	cd build/npm/node_modules/pyodide && cp pyodide.mjs pyodide.asm.mjs pyodide.asm.wasm python_stdlib.zip pyodide-lock.json README.md ../../../engine
 	$(BIN)/pip download -q --no-deps --only-binary=:all: --platform pyemscripten_2026_0_wasm32 --python-version 314 -d $(ENGINE) \
 		pydantic_core==$$($(BIN)/python -c "from importlib.metadata import version; print(version('pydantic_core'))")
 	$(BIN)/python -m build -q -w -o $(ENGINE)
+	$(BIN)/python -m axistwin.ui.playground.building $(ENGINE)
 
 playground: engine               ## the playground for any web server, in build/axistwin-playground.zip
 	rm -rf build/playground && $(BIN)/axistwin docs --playground --engine $(ENGINE) --out build/playground

@@ -4,24 +4,33 @@ Compared are bytes, levels and positions with their times; of examples also the 
 SmartMotor in Pyodide is printed.
 
     python benchmarks/playground.py --engine build/engine
+    python benchmarks/playground.py --engine build/engine --start
 
 `make engine` makes the folder.  The verdict is printed; the exit code is 1 if a result differs, or if the SmartMotor is
-too slow.
+too slow.  `--start` measures the cold start of the page in Chromium instead, with and without the snapshot and the
+compiled modules, in turns.
 """
 
 import argparse
 import json
 import os
+import shutil
+import statistics
 import subprocess
 import sys
 import tempfile
 import time
+from functools import partial
+from http.server import SimpleHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
+from threading import Thread
 
-from axistwin.ui.playground.building import build
+from axistwin.ui.playground.building import PREPARED, SNAPSHOT, build
 
 ROOT = Path(__file__).parents[1]
 LEAST_SPEED = 4
+STARTS, MOST_OF_START = 3, 0.8  # Number of cold starts of each kind, and the goal for their ratio.
+CHROMIUM = shutil.which("chromium-headless-shell") or shutil.which("chromium")
 CONVERSATIONS = ROOT / "tests" / "conversations"
 
 PLAY = '''
@@ -81,11 +90,13 @@ def results(folder):
 NODE = """
 import fs from "node:fs";
 const engine = new URL("./engine/", import.meta.url).pathname;
+import zlib from "node:zlib";
 const { loadPyodide } = await import(engine + "pyodide.mjs");
-const python = await loadPyodide({ indexURL: engine });
 const contents = JSON.parse(fs.readFileSync("contents.json", "utf8"));
+const snapshot = contents.snapshot && zlib.gunzipSync(fs.readFileSync(engine + contents.snapshot));
+const python = await loadPyodide({ indexURL: engine, ...(snapshot && { _loadSnapshot: snapshot }) });
 await python.loadPackage("file://" + engine + contents.core, { checkIntegrity: false, messageCallback: () => {} });
-for (const name of ["libraries.zip", contents.wheel])
+for (const name of contents.archives)
   python.unpackArchive(new Uint8Array(fs.readFileSync(engine + name)).buffer, "zip", { extractDir: "/libraries" });
 python.FS.mkdirTree("/conversations");
 for (const name of fs.readdirSync(process.argv[2]))
@@ -96,11 +107,50 @@ console.log(python.runPython(fs.readFileSync("play.py", "utf8") + '\\nresults("/
 """
 
 
+class Files(SimpleHTTPRequestHandler):
+    """Serves a folder, and prints nothing."""
+
+    def log_message(self, *_: object) -> None:
+        """Print nothing."""
+
+
+def measure_start(engine: Path) -> int:
+    """Print the median times from an empty browser to a page that can be used, and their ratio."""
+    from playwright.sync_api import sync_playwright
+
+    times: dict[str, list[float]] = {"plain": [], "prepared": []}
+    with tempfile.TemporaryDirectory() as folder, sync_playwright() as tool:
+        plain = Path(folder, "engine")
+        shutil.copytree(engine, plain, ignore=shutil.ignore_patterns(SNAPSHOT, PREPARED))
+        for name, source in (("plain", plain), ("prepared", engine)):
+            build(Path(folder, name), source)
+        server = ThreadingHTTPServer(("127.0.0.1", 0), partial(Files, directory=folder))
+        Thread(target=server.serve_forever, daemon=True).start()
+        for _ in range(STARTS):
+            for name, found in times.items():
+                browser = tool.chromium.launch(executable_path=CHROMIUM, args=["--no-sandbox"])
+                page, begin = browser.new_page(), time.perf_counter()
+                page.goto(f"http://127.0.0.1:{server.server_port}/{name}/")
+                page.wait_for_selector("html[data-state=ready]", timeout=120_000)
+                found.append(time.perf_counter() - begin)
+                browser.close()
+        server.shutdown()
+    plain_s, prepared_s = (statistics.median(found) for found in times.values())
+    print(f"load {os.getloadavg()[0]:.1f}: {plain_s:.1f} s plain, {prepared_s:.1f} s prepared (goal if quiet <= 6)")
+    verdict = "good" if prepared_s / plain_s <= MOST_OF_START else "bad"
+    print(f"ratio {prepared_s / plain_s:.2f} (goal <= {MOST_OF_START}): verdict {verdict}")
+    return verdict == "bad"
+
+
 def main() -> int:
     """Print a line for each difference, and the verdict."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--engine", type=Path, required=True, help="folder made by `make engine`")
-    engine = parser.parse_args().engine
+    parser.add_argument("--start", action="store_true", help="measure the cold start of the page in Chromium")
+    given = parser.parse_args()
+    engine = given.engine
+    if given.start:
+        return measure_start(engine)
     os.environ["AXISTWIN_JIT"] = "off"  # as in the browser
     space: dict[str, object] = {}
     begin = time.perf_counter()

@@ -132,12 +132,11 @@ def test_options_have_their_usual_values_or_those_given():
 
 
 @pytest.mark.parametrize(("option", "message"), [
-    ({"address": 0}, "invalid address=0 of stage: expected a whole number from 1 to 255, e.g. address=1"),
-    ({"address": 1.5}, "invalid address=1.5 of stage"), ({"address": True}, "invalid address=True of stage"),
-    ({"gain": 2.1}, "invalid gain=2.1 of stage: expected a number from 0 to 2, e.g. gain=0.5"),
-    ({"gain": float("nan")}, "invalid gain=nan of stage"),
-    ({"mode": "idle"}, "invalid mode='idle' of stage: expected 'fast' or 'slow', e.g. mode='fast'"),
-    ({"echo": 1}, "invalid echo=1 of stage: expected True or False, e.g. echo=False"),
+    ({"address": 0}, "address=0: expected a number from 1 to 255"),
+    ({"address": 1.5}, "address=1.5: expected"), ({"address": True}, "address=True: expected"),
+    ({"gain": 2.1}, "gain=2.1: expected a number from 0 to 2"), ({"gain": float("nan")}, "gain=nan: expected"),
+    ({"mode": "idle"}, "mode='idle': expected one of 'fast', 'slow'"),
+    ({"echo": 1}, "echo=1: expected true or false"),
     ({"speed": 1}, "model stage has no option 'speed': expected one of X, address, gain, mode, echo"),
 ])  # fmt: skip
 def test_options_out_of_range(option, message):

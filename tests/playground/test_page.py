@@ -23,7 +23,7 @@ class Files(SimpleHTTPRequestHandler):
 def address(tmp_path_factory):
     folder = tmp_path_factory.mktemp("site")
     build(folder, Path(ENGINE))
-    assert sum(path.stat().st_size for path in folder.rglob("*")) < 20e6
+    assert sum(path.stat().st_size for path in folder.rglob("*")) < 27e6
     server = ThreadingHTTPServer(("127.0.0.1", 0), partial(Files, directory=str(folder)))
     Thread(target=server.serve_forever, daemon=True).start()
     yield f"http://127.0.0.1:{server.server_port}/"
@@ -35,7 +35,7 @@ def address(tmp_path_factory):
 def browser():
     playwright = pytest.importorskip("playwright.sync_api")
     with playwright.sync_playwright() as tool:
-        yield tool.chromium.launch(executable_path="/usr/bin/chromium", args=["--no-sandbox"])
+        yield tool.chromium.launch(executable_path="/usr/bin/chromium-headless-shell", args=["--no-sandbox"])
 
 
 def test_a_conversation_and_its_link(address, browser):
@@ -47,13 +47,15 @@ def test_a_conversation_and_its_link(address, browser):
     page.wait_for_function("() => parseFloat(document.querySelector('#time').textContent) > 2")  # power-up takes 1 s
     shown = "document.querySelector('#machine [data-part={}]').textContent"
     at_rest = f"() => {shown.format('position')} === '4\u2009000' && {shown.format('velocity')} === '0'"
-    for line, answer in (("(", "U\n"), ("U61", "U61\n"), ("X4000@1000$", "$\n"), ("K", "0\n")):
+    for line, answer in (("(", "UCR"), ("U61", "U61CR"), ("X4000@1000$", "$CR"), ("K", "0CR")):
         if line == "K":
             page.wait_for_function(at_rest)
         page.fill("#text", line)
         page.press("#text", "Enter")
-        page.wait_for_function("words => document.querySelector('#conversation').innerText.includes(words)", arg=answer)
+        page.wait_for_function("words => document.querySelector('.log').textContent.includes(words)", arg=answer)
+    assert page.text_content("#state") == "Waiting for a command"
     page.click("#run")
+    page.click("#more summary")
     page.click("#share")
     page.wait_for_function("() => document.querySelector('#note').textContent.includes('link')")
     other = browser.new_page(viewport={"width": 390, "height": 844})
@@ -67,11 +69,30 @@ def test_a_conversation_and_its_link(address, browser):
     assert not foreign
 
 
+def test_a_page_begins_with_the_first_steps_and_a_lesson_and_begins_again(address, browser):
+    page = browser.new_page()
+    page.goto(address)
+    assert page.is_visible("#progress") and page.inner_text("#stage").endswith("…")
+    page.wait_for_selector("html[data-state=ready]", timeout=50_000)
+    assert not page.is_visible("#progress") and page.inner_text("h1") == "Digiplan IF1 stepper motor interface"
+    page.wait_for_function("() => document.querySelector('#words').textContent.startsWith('The IF1 is on')")
+    assert page.inner_text("#first h2") == "No messages yet"
+    page.click("text=Begin lesson 1")
+    page.wait_for_selector("#lesson:not([hidden])")
+    page.click("#why")
+    page.wait_for_selector(".log [data-who=question] .note")
+    page.click("#tab-Front-panel")
+    assert page.is_visible("text=Motion status K")
+    page.click("#restart")
+    page.wait_for_function("() => parseFloat(document.querySelector('#time').textContent) < 1")
+    assert page.is_hidden("#lesson")
+
+
 def test_a_damaged_link_is_told_in_a_sentence(address, browser):
     page = browser.new_page()
     page.goto(f"{address}#eJw")
     page.wait_for_selector("html[data-state=ready]", timeout=50_000)
-    assert page.inner_text("#note").startswith("the link is")
+    assert page.inner_text("#note").startswith("the URL of the shared scene is")
 
 
 @pytest.mark.parametrize("missing", ["Worker", "WebAssembly"])

@@ -24,7 +24,16 @@ def playground(tmp_path):
 
 
 def said(state, name="if1"):
-    return "".join(part["text"] for part in state["messages"] if (part["name"], part["who"]) == (name, "controller"))
+    """Return the controller's messages in a state, with control characters by name."""
+    texts = ("".join(text for text, _ in entry["parts"]) for entry in state["entries"][name] if entry["who"] == "<")
+    return list(texts)
+
+
+def told(playground, name="if1"):
+    """Return the newest entry that has changed, and its notes, as texts."""
+    entry = playground.state()["entries"][name][-1]
+    notes = ["".join(text for text, _ in note) for note in entry["notes"]]
+    return "".join(text for text, _ in entry["parts"]), *notes
 
 
 def ready(playground):
@@ -42,7 +51,7 @@ def test_a_move_and_its_status(playground):
     playground.advance(12 * S, 9)
     playground.send("if1", "K")
     state = playground.advance(13 * S, 9)
-    assert said(state).endswith("0\r")
+    assert said(state)[-1] == "0CR"
     assert state["controllers"]["if1"]["axes"]["X"] == {"position": 4000, "velocity": 0.0, "moving": False}
     assert json.dumps(state)
 
@@ -56,7 +65,84 @@ def test_every_model_is_shown(playground, model):
     others = {*shown[0]["inputs"], *shown[0]["outputs"]}
     assert others < set(state["pins"])
     assert all(f'"{pin}"' in drawn or f'"lamp-{pin}"' in drawn for pin in set(state["pins"]) - others)
-    assert len(state["lamps"]) == len(shown[0]["lamps"])
+    items = [item for group in shown[0]["front"] for item in group["items"]]
+    assert [item["kind"] == "lamp" for item in items] == [isinstance(value, bool) for value in state["front"]]
+
+
+def words(state):
+    return state["state"]["words"], state["state"]["next"], state["state"]["buttons"]
+
+
+def test_the_state_and_its_buttons(playground):
+    """The first page says what to do, and its buttons do it."""
+    start = "The IF1 is on. Press Initialise, or begin with the lessons"
+    initialise, lessons = ("Initialise", "initialise", True), ("Lessons", "lessons", False)
+    playground.open_model("if1")
+    state = playground.advance(2 * S, 9)
+    assert words(state) == ("Waiting for a command", start, [initialise, lessons])
+    assert words(playground.state())[0] == "Paused"
+    playground.press("Initialise", True)
+    assert words(playground.state(running=True)) == (
+        "Waiting for a command", "Type X1000$: index X by 1000 steps", [lessons])  # fmt: skip
+    playground.act("if1", "estop", "low")
+    assert words(playground.state(running=True))[0] == "Stopped: emergency stop pressed"
+    playground.press("Release estop", True)
+    playground.press("Send K", True)
+    assert words(playground.advance(20 * S, 9))[0] == "Waiting for a command"
+    playground.press("Send K", True)  # no longer offered
+
+
+ANSWERS = {
+    ":why": "a move is possible: try",
+    ":next": "type X1000$: index X by 1000 steps",
+    ":explain estop": "estop: emergency stop, now high",
+    ":task": "no lesson has begun: select one with the button Lessons",
+    ":init": "the controller is ready: no initialisation is needed",
+}
+
+
+def test_a_line_is_explained_below_it_and_questions_are_answered(playground):
+    ready(playground)
+    playground.state()
+    playground.send("if1", "X1000")
+    assert told(playground) == ("X1000CR", "nothing moves without $ at the end: type X1000$")
+    for line, answer in ANSWERS.items():
+        playground.send("if1", line)
+        assert told(playground)[1] == answer
+    playground.ask("if1", "why")
+    assert told(playground)[0] == "Why does nothing move?"
+    playground.send("if1", ":drive input1 high")
+    assert playground.state()["controllers"]["if1"]["pins"]["input1"]
+    raises(UsageError, "unknown command :speed: expected one of", playground.send, "if1", ":speed 3")
+
+
+def test_a_board_says_where_a_command_is_wrong(playground):
+    playground.open_model("1811")
+    playground.advance(2 * S, 9)
+    raises(UsageError, "invalid text in column 1 of the line", playground.send, "1811", "goo_relative 1")
+    assert told(playground, "1811")[0] == "goo_relative 1"
+
+
+def test_a_lesson_is_done_in_the_playground(playground):
+    playground.open_model("if1")
+    assert len(playground.open_model("if1")["controllers"][0]["lessons"]) == 6
+    playground.begin_lesson("if1", 2)
+    found = playground.state()["controllers"]["if1"]["lesson"]
+    assert (found["number"], found["title"][:29]) == (2, "Lesson 2: A move, step 1 of 3")
+    playground.ask("if1", "show")
+    assert told(playground)[1] == "type X1000$"
+    playground.send("if1", "X1000$")
+    state = playground.advance(20 * S, 9)
+    assert state["controllers"]["if1"]["lesson"]["title"][:29] == "Lesson 2: A move, step 2 of 3"
+    playground.end_lesson("if1")
+    assert playground.state()["controllers"]["if1"]["lesson"] is None
+
+
+def test_a_restart_begins_again_at_0(playground):
+    ready(playground)
+    assert playground.restart()["title"] == "Digiplan IF1 stepper motor interface"
+    state = playground.state()
+    assert (state["now_ns"], state["entries"]) == (0, {})
 
 
 def test_a_switch_on_a_drawing_is_pressed_and_released(playground):
@@ -137,7 +223,7 @@ def test_a_program_is_checked_and_loaded(playground):
     found = playground.check("smartmotor", ".sms", "LIMH\nEND\n")
     assert [(one["line"], one["column"], one["severity"]) for one in found] == [(1, 1, "error")]
     playground.load("smartmotor", "program.sms", 'PRINT("ready",#13)\nEND\n')
-    assert said(playground.advance(4 * S, 9), "smartmotor").endswith("\rready\r")
+    assert said(playground.advance(4 * S, 9), "smartmotor")[-1] == "readyCR"
 
 
 def test_curves_have_bounded_memory_and_keep_their_first_sample(playground):

@@ -2,6 +2,7 @@
 
 from collections.abc import Hashable, Mapping
 from functools import cache
+from math import isfinite
 from typing import Any, Literal, cast, get_args, get_origin, get_type_hints
 
 from axistwin.core.errors import UsageError
@@ -19,7 +20,8 @@ def check(options: object, ranges: Mapping[str, tuple[float, float]]) -> None:
             low, high = ranges[name]
             types = (int, float) if kind is float else int
             good = isinstance(given, types) and not isinstance(given, bool) and low <= given <= high
-            expected = f"a number from {low} to {high}"
+            span = f" from {low} to {high}" if isfinite(low) or isfinite(high) else ""
+            expected = f"a number{span}"
         else:
             continue
         if not good:

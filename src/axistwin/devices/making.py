@@ -4,14 +4,16 @@ import inspect
 import json
 import traceback
 from collections.abc import Generator, Mapping, Sequence
-from dataclasses import field, make_dataclass
+from dataclasses import make_dataclass
 from functools import cache, partial
 from logging import getLogger
+from math import inf
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 from axistwin.controllers.commandset import CommandSet
 from axistwin.controllers.front import Group, Lamp, Word
+from axistwin.controllers.options import check
 from axistwin.controllers.product import Abilities, Product, Refusal, Register, Store
 from axistwin.core.errors import UsageError, one_line
 from axistwin.core.units import to_ns
@@ -29,7 +31,6 @@ from axistwin.sim.serial import Uart
 from axistwin.sim.signal import Alarms, Signal
 
 MOST_WAITING = 64  # Largest number of requests that wait for a procedure that blocks.
-KINDS = {int: "a whole number", float: "a number", str: "a text", bool: "True or False"}  # Of options.
 RESERVED = "model", "name", "state", "line", "history"  # Keywords of `Bench.add`.
 _log = getLogger("axistwin.devices")
 
@@ -95,27 +96,25 @@ def _check_texts(kind: type[Device]) -> None:
 
 
 def _options(kind: type[Device]) -> type[Any]:
-    def check(made: Any) -> None:
-        for name, option in kind.options.items():
-            value = getattr(made, name)
-            if not isinstance(option, Option) or type(option.usual) not in KINDS:
-                raise UsageError(
-                    f"{_place(kind)}: option {name} is {option!r}: expected Option(...), e.g. Option(1, 1, 255)"
-                )
-            low, high = option.low, option.high
-            number = isinstance(option.usual, int | float) and not isinstance(option.usual, bool)
-            fits = isinstance(value, (int, float) if type(option.usual) is float else type(option.usual))
-            fits &= isinstance(value, bool) is isinstance(option.usual, bool)
-            fits &= not number or ((low is None or value >= low) and (high is None or value <= high))
-            if not fits or (option.choices and value not in option.choices):
-                span = f" from {low} to {high}" if low is not None else ""
-                wanted = " or ".join(map(repr, option.choices)) or f"{KINDS[type(option.usual)]}{span}"
-                raise UsageError(
-                    f"invalid {name}={value!r} of {kind.model}: expected {wanted}, e.g. {name}={option.usual!r}"
-                )
+    made: list[Any] = []
+    for name, option in kind.options.items():
+        if not isinstance(option, Option) or type(option.usual) not in (int, float, str, bool):
+            raise UsageError(
+                f"{_place(kind)}: option {name} is {option!r}: expected Option(...), e.g. Option(1, 1, 255)"
+            )
+        made.append((name, Literal[option.choices] if option.choices else type(option.usual), option.usual))
+    ranges = {
+        name: (-inf if option.low is None else option.low, inf if option.high is None else option.high)
+        for name, option in kind.options.items()
+    }
 
-    made = [(name, Any, field(default=getattr(option, "usual", None))) for name, option in kind.options.items()]
-    return make_dataclass("Options", made, namespace={"__post_init__": check})
+    def check_all(made: Any) -> None:
+        check(made, ranges)
+        for name, option in kind.options.items():
+            if isinstance(option.usual, str) and not isinstance(getattr(made, name), str):
+                raise UsageError(f"{name}={getattr(made, name)!r}: expected a text, e.g. {option.usual!r}")
+
+    return make_dataclass("Options", made, namespace={"__post_init__": check_all})
 
 
 def _states(kind: type[Device]) -> dict[str, State]:

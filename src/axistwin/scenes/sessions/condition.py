@@ -78,8 +78,12 @@ RUN = Button("Run", "run", filled=True)
 _COMMAND = re.compile(r"type  (\S+(?: \S+)*)(?:  \(.*\))?")
 
 
-def condition(session: Session) -> Condition:
-    """Return the state of a session; with several controllers, it begins with the name of the one that it is about."""
+def condition(session: Session, *, running: bool | None = None) -> Condition:
+    """Return the state of a session; with several controllers, it begins with the name of the one that it is about.
+
+    `running`: True while virtual time passes, if something else than the session advances it.
+    """
+    running = session.running if running is None else running
     if session.busy:
         return Condition(Kind.GOING, f"Going to {session.heading}", buttons=(Button("Stop", "stop"),))
     if session.repeating:
@@ -91,8 +95,8 @@ def condition(session: Session) -> Condition:
     if len(states) > 1 and found.kind is not Kind.RUNNING:
         found = found._replace(words=f"{found.controller}: {found.words[0].lower()}{found.words[1:]}")
     if ORDER.index(found.kind) < ORDER.index(Kind.PAUSED):
-        return found if session.running or found.kind is Kind.OFF else found._replace(words=f"{found.words} (paused)")
-    if not session.running:
+        return found if running or found.kind is Kind.OFF else found._replace(words=f"{found.words} (paused)")
+    if not running:
         return _paused(session, found)
     if session.finished and found.kind in (Kind.COMMAND, Kind.ENDED):
         return _ended(found)

@@ -13,6 +13,7 @@ from axistwin.ui.conversation.log import Entry, Log
 from axistwin.ui.teaching.tutor import Tutor
 
 ANSWERS_NS = 2 * S  # Virtual time after a typed line during which received data count as its answer.
+READY = "the controller is ready: no initialisation is needed"
 NO_LESSON = "no lesson has begun: select one with the button Lessons"
 QUESTIONS = {"why": "Why does nothing move?", "next": "What next?", "task": "The task?", "show": "The solution?"}
 

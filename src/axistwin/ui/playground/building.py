@@ -2,14 +2,18 @@
 
 import io
 import json
+import subprocess
+import sys
 import zipfile
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
+from hashlib import sha256
 from importlib.metadata import Distribution, PackageNotFoundError, distribution
 from pathlib import Path
 from shutil import copyfile
 
 from axistwin.core.errors import UsageError
 from axistwin.core.version import VERSION
+from axistwin.ui import conversation
 from axistwin.ui.drawings.of_axes import asset
 
 PAGE = Path(__file__).parent / "page"
@@ -19,6 +23,9 @@ ENGINE_LICENCE = "README.md"
 CORE = "pydantic_core-*wasm32.whl"  # Wheel of pydantic-core for Pyodide, from the Python Package Index.
 LIBRARIES = ("simpy", "pydantic", "typing_extensions", "annotated_types", "typing_inspection", "filelock")
 """Pure Python distributions that axistwin imports in the browser; NumPy is not among them."""
+LIBRARIES_ZIP, COMPILED, SNAPSHOT, PREPARED = "libraries.zip", "compiled.zip", "snapshot.gz", "prepared"
+"""Files that `prepare` writes; the last has a digest of what it has compiled."""
+ASSETS = dict.fromkeys(("drawings.css", "parts.js"), asset) | dict.fromkeys(("log.css", "log.js"), conversation.asset)
 _DATED = (2020, 1, 1, 0, 0, 0)  # Date of all files in the archives, so that equal contents give equal archives.
 
 
@@ -44,16 +51,39 @@ def build(target: Path, engine: Path) -> Path:
     for path in (*(engine / name for name in ENGINE), cores[-1], *engine.glob(ENGINE_LICENCE)):
         (target / "engine").mkdir(exist_ok=True)
         copyfile(path, target / "engine" / path.name)
-    (target / "engine" / wheel[0]).write_bytes(wheel[1])
-    (target / "engine" / "libraries.zip").write_bytes(_archive(_libraries()))
+    archives = {wheel[0]: wheel[1], LIBRARIES_ZIP: _archive(_libraries())}
+    if (engine / PREPARED).is_file() and (engine / PREPARED).read_text(encoding="utf-8") == _digest(archives):
+        archives = {COMPILED: (engine / COMPILED).read_bytes()}
+    for name, data in archives.items():
+        (target / "engine" / name).write_bytes(data)
+    snapshot = SNAPSHOT if (engine / SNAPSHOT).is_file() else ""
+    if snapshot:
+        copyfile(engine / snapshot, target / "engine" / snapshot)
     for path in PAGE.iterdir():
         if path.is_file():
             copyfile(path, target / path.name)
-    for name in ("drawings.css", "parts.js"):
-        (target / name).write_text(asset(name), encoding="utf-8")
-    contents = {"version": VERSION, "wheel": wheel[0], "core": cores[-1].name}
+    for name, read in ASSETS.items():
+        (target / name).write_text(read(name), encoding="utf-8")
+    contents = {"version": VERSION, "archives": list(archives), "core": cores[-1].name, "snapshot": snapshot}
     (target / "contents.json").write_text(json.dumps(contents), encoding="utf-8")
     return target / "index.html"
+
+
+def prepare(engine: Path) -> None:
+    """Compile axistwin's wheel and its libraries, and take a snapshot of Python, so that the page begins sooner.
+
+    Needs node.  `build` uses what this writes into the folder `engine` while it belongs to the wheel.
+    """
+    name, wheel = _wheel(engine)
+    libraries = _archive(_libraries())
+    (engine / LIBRARIES_ZIP).write_bytes(libraries)
+    script, core = Path(__file__).parent / "prepare.mjs", max(engine.glob(CORE)).name
+    subprocess.run(["node", str(script), str(engine), name, core], check=True)
+    (engine / PREPARED).write_text(_digest({name: wheel, LIBRARIES_ZIP: libraries}), encoding="utf-8")
+
+
+def _digest(archives: Mapping[str, bytes]) -> str:
+    return sha256(b"".join(sha256(archives[name]).digest() for name in sorted(archives))).hexdigest()
 
 
 def _wheel(engine: Path) -> tuple[str, bytes]:
@@ -90,3 +120,7 @@ def _archive(files: Iterable[tuple[str, bytes]]) -> bytes:
         for name, data in sorted(files):
             archive.writestr(zipfile.ZipInfo(name, _DATED), data, zipfile.ZIP_DEFLATED)
     return buffer.getvalue()
+
+
+if __name__ == "__main__":
+    prepare(Path(sys.argv[1]))

@@ -4,6 +4,7 @@ from functools import partial
 from typing import Any
 
 from axistwin.bench import Controller
+from axistwin.scenes.sessions.condition import operated
 from axistwin.scenes.sessions.session import Session
 from axistwin.ui.drawings.drawing import Change, Drawing
 from axistwin.ui.drawings.figure import Figure
@@ -32,10 +33,11 @@ class Pictures:
         acts = {act for _, drawing in self._of[name].drawings() for act in drawing.acts}
         return acts | {*self._of[name].switches.outputs}
 
-    def changes(self) -> dict[str, list[Change]]:
+    def changes(self, wanted: str = "") -> dict[str, list[Change]]:
+        """Return the changes since the last call, by drawing; `wanted`: the input that the user must change."""
         smooth = self._flow.is_smooth(self._session.bench)
         for name, machine in self._of.items():
-            machine.show(self._session.bench.controllers[name], self._trails, smooth=smooth)
+            machine.show(self._session.bench.controllers[name], self._trails, wanted, smooth=smooth)
         taken = {drawing.name: drawing.take() for machine in self._of.values() for _, drawing in machine.drawings()}
         return {name: changes for name, changes in taken.items() if changes}
 
@@ -50,9 +52,10 @@ class _Machine:
     def __init__(self, session: Session, controller: Controller) -> None:
         press = partial(session.do, controller.name)
         self._figures: dict[str, Figure] = {axis: figure(controller, axis, press) for axis in controller.axes}
-        self.switches = Switches(controller, press)
-        names = table_axes(controller)
-        self._table = None if names is None else Table(controller, names)
+        names = {pin: operated(session, controller.name, pin) for pin in controller.pins}
+        self.switches = Switches(controller, press, {pin: found[0] for pin, found in names.items() if found})
+        axes = table_axes(controller)
+        self._table = None if axes is None else Table(controller, axes)
         outputs = [name for name, pin in controller.pins.items() if pin.is_output]
         self._tool = outputs[0] if outputs else ""
 
@@ -62,9 +65,10 @@ class _Machine:
         figures = [(axis, shown.drawing) for axis, shown in self._figures.items()]
         return [*table, *figures, ("", self.switches.drawing)]
 
-    def show(self, controller: Controller, trails: Trails, *, smooth: bool) -> None:
+    def show(self, controller: Controller, trails: Trails, wanted: str, *, smooth: bool) -> None:
         for shown in self._figures.values():
             shown.show(controller, smooth=smooth)
         if self._table is not None:
             self._table.show(controller, trails[controller.name], self._tool, smooth=smooth)
-        self.switches.show(controller)
+        name, _, pin = wanted.rpartition(".")
+        self.switches.show(controller, pin if name == controller.name else "")

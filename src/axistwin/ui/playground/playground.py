@@ -5,35 +5,44 @@ state.
 import io
 import re
 import zipfile
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from math import inf
 from pathlib import Path
 from shutil import rmtree
 from time import perf_counter
 from typing import Any
 
-from axistwin.bench import Bench, Controller
-from axistwin.bench.codec import CHARACTERS, codec_of, unpadded
+from axistwin.bench import Bench, Controller, Do, Say, Wait
+from axistwin.bench.acts import Act
+from axistwin.bench.codec import CHARACTERS, codec_of
 from axistwin.bench.controller import on_a_bus
 from axistwin.bench.models import models
-from axistwin.controllers.front import Item, Lamp
+from axistwin.controllers.front import Item, Lamp, Reading, Tone, Word
 from axistwin.controllers.registry import texts_of
 from axistwin.core.errors import PlacedError, UsageError
+from axistwin.core.units import to_ns
 from axistwin.core.version import VERSION
 from axistwin.devices.loading import load_texts
 from axistwin.scenes.diagnostics.checking import PROGRAMS, diagnose_text
+from axistwin.scenes.reasons.families import reasons_of
+from axistwin.scenes.reasons.remedies import Remedies
 from axistwin.scenes.scene import Scene
+from axistwin.scenes.sessions.condition import condition
 from axistwin.scenes.sessions.saving import SCENE
 from axistwin.scenes.sessions.session import Session
 from axistwin.sim.serial_port import Flow
+from axistwin.ui.conversation.conversation import READY, Conversation, by_hand
+from axistwin.ui.conversation.first import HEAD, about, first_steps
+from axistwin.ui.conversation.notes import parts
 from axistwin.ui.drawings.of_axes import used_axes
 from axistwin.ui.guide.shipped import examples
 from axistwin.ui.playground.curves import Curves
 from axistwin.ui.playground.link import LONGEST_CONTENTS, Shared, decode, encode
 from axistwin.ui.playground.pictures import Pictures
-from axistwin.ui.teaching.tutor import Tutor
+from axistwin.ui.teaching.commands import own_command
+from axistwin.ui.teaching.lessons import COURSES, course
 
-MOST_MESSAGES = 2000  # Largest number of messages that are stored until the page reads them; the oldest are deleted.
+COMMANDS = ":drive, :explain, :init, :next, :show, :store, :task and :why"
 CODE = ".py"  # Suffix of the files of devices.
 TEXTS = (".toml", *PROGRAMS)  # Suffixes of the files that a scene in the playground can use.
 _NAME = re.compile(r"[\w. -]+(/[\w. -]+)*")
@@ -109,11 +118,8 @@ class Playground:
     def _start(self, scene: Scene) -> None:
         session = Session(scene.build, scene=scene)
         self._scene, self._session = scene, session
-        self._messages: list[dict[str, Any]] = []
-        self._tutors: dict[str, Tutor] = {}
+        self._talk, self._counts = Conversation(session), dict.fromkeys(session.bench.controllers, 0)
         self._curves, self._pictures = Curves(session), Pictures(session)
-        for name in session.bench.controllers:
-            self._listen(session.bench, name)
 
     @property
     def _now(self) -> Session:
@@ -121,46 +127,14 @@ class Playground:
             raise UsageError("no session is open: choose a model or an example")
         return self._session
 
-    def _listen(self, bench: Bench, name: str) -> None:
-        controller = bench.controllers[name]
-        self._tutors[name] = Tutor(controller)
-        if on_a_bus(controller):
-            codec = codec_of(controller.product)
-
-            def message(data: bytes) -> None:
-                shown = codec.show(unpadded(data))
-                self._receive(name, data, f"< {shown}   {codec.words(data, by_host=False)}\n")
-
-            controller.bus.subscribe_received(message)
-        elif name in bench.ports:
-            port = bench.port(name)
-            port.subscribe_received(lambda byte, _: self._receive(name, bytes([byte]), chr(byte)))
-            port.subscribe_sent(lambda data: self._add(name, "host", data.decode("latin-1")))
-
-    def _receive(self, name: str, data: bytes, shown: str) -> None:
-        self._add(name, "controller", shown)
-        for line in self._tutors[name].received(data):
-            self._add(name, "tutor", line)
-
-    def _add(self, name: str, who: str, text: str) -> None:
-        last = self._messages[-1] if self._messages else None
-        if (
-            last
-            and who == "controller"
-            and (last["name"], last["who"]) == (name, who)
-            and not last["text"].endswith("\n")
-        ):
-            last["text"] += text
-        elif len(self._messages) < MOST_MESSAGES:
-            self._messages.append({"name": name, "who": who, "text": text, "at_ns": self._now.bench.now})
-
     # Read
 
     def _overview(self) -> dict[str, Any]:
         bench, scene = self._now.bench, self._scene
         assert scene is not None, "a scene is open"
         return {
-            "title": scene.title or ", ".join(bench.controllers), "target_ns": 0, "note": "",
+            "title": scene.title or _titles(bench), "target_ns": 0, "note": "",
+            "operator": self._now.operator.model_dump(include={"button", "lamp"}),
             "controllers": [self._parts(name, controller) for name, controller in bench.controllers.items()],
             "files": {SCENE: scene.text, **scene.programs},
         }  # fmt: skip
@@ -168,7 +142,6 @@ class Playground:
     def _parts(self, name: str, controller: Controller) -> dict[str, Any]:
         drawn = self._pictures.drawn(name)
         pins = [(pin, found) for pin, found in controller.pins.items() if pin not in drawn]
-        lamps = [(group, item) for group in controller.product.front for item in group.items if isinstance(item, Lamp)]
         return {
             "name": name,
             "model": controller.product.model,
@@ -182,14 +155,21 @@ class Playground:
             "drawings": self._pictures.overview(name),
             "inputs": [pin for pin, found in pins if found.drivable],
             "outputs": [pin for pin, found in pins if found.is_output],
-            "lamps": [
-                {"label": item.label or item.name, "group": group.title, "words": _words(item), "tone": item.tone.value}
-                for group, item in lamps
+            "front": [
+                {"title": group.title, "row": group.row, "items": [_shown(item) for item in group.items]}
+                for group in controller.product.front
             ],
+            "first": {"title": HEAD, "about": about(controller), "steps": _first(controller)},
+            "lessons": [lesson.title for lesson in course(controller.product.model)]
+            if controller.product.family in COURSES
+            else [],
         }
 
-    def advance(self, until_ns: int, budget_s: float, from_ns: int = 0) -> dict[str, Any]:
-        """Advance to `until_ns`, for at most `budget_s` of real time; return the state with curves since `from_ns`."""
+    def advance(self, until_ns: int, budget_s: float, from_ns: int = 0, running: bool = True) -> dict[str, Any]:
+        """Advance to `until_ns`, for at most `budget_s` of real time; return the state with curves since `from_ns`.
+
+        `running`: True while the page lets virtual time pass.
+        """
         session = self._now
         ends_s = perf_counter() + budget_s
         if until_ns > session.bench.now:
@@ -197,30 +177,35 @@ class Playground:
             for _ in self._curves.advance(int(until_ns)):
                 if perf_counter() > ends_s:
                     break
-        return self.state(from_ns)
+        return self.state(from_ns, running=running)
 
     def step(self, from_ns: int = 0) -> dict[str, Any]:
         """Advance virtual time to the next event, and return the state."""
         due_ns = self._now.bench.clock.next_event_ns()
-        return self.state(from_ns) if due_ns is None else self.advance(due_ns, inf, from_ns)
+        return self.state(from_ns) if due_ns is None else self.advance(due_ns, inf, from_ns, running=False)
 
-    def state(self, from_ns: int = 0, points: int = 300) -> dict[str, Any]:
-        """Return the present state: time, positions, levels, lamps, messages and curves.
+    def state(self, from_ns: int = 0, points: int = 300, *, running: bool = False) -> dict[str, Any]:
+        """Return the present state: time, words, positions, levels, front panels, messages and curves.
 
         The curves begin at `from_ns`.  Messages, and changes of drawings, are those since the last call.
         """
-        bench = self._now.bench
-        messages, self._messages = self._messages, []
+        session, now = self._now, condition(self._now, running=running)
         return {
-            "now_ns": bench.now,
-            "controllers": {name: self._values(controller) for name, controller in bench.controllers.items()},
-            "drawings": self._pictures.changes(), "messages": messages, "curves": self._curves.window(from_ns, points),
+            "now_ns": session.bench.now,
+            "state": {**now._asdict(), "buttons": [(each.label, each.does, each.filled) for each in now.buttons]},
+            "controllers": {name: self._values(controller) for name, controller in session.bench.controllers.items()},
+            "entries": {name: found for name in self._counts if (found := self._entries(name))},
+            "drawings": self._pictures.changes(now.pin), "curves": self._curves.window(from_ns, points),
             "interval_ns": self._curves.interval_ns,
         }  # fmt: skip
 
+    def _entries(self, name: str) -> list[dict[str, Any]]:
+        self._talk.look_at_lesson(name)
+        self._counts[name], entries = self._talk.log.since(name, self._counts[name])
+        return [entry.shown() for entry in entries]
+
     def _values(self, controller: Controller) -> dict[str, Any]:
-        lamps = (item for group in controller.product.front for item in group.items if isinstance(item, Lamp))
-        tutor = self._tutors[controller.name]
+        items = (item for group in controller.product.front for item in group.items)
         return {
             "powered": controller.powered,
             "used": used_axes(controller),
@@ -229,30 +214,104 @@ class Playground:
                 for axis, found in controller.axes.items()
             },
             "pins": {pin: found.level for pin, found in controller.pins.items()},
-            "lamps": [item.shows(_value(controller, item)) for item in lamps],
-            "reason": next((str(reason) for reason in tutor.guide.reasons()), ""),
+            "front": [_value(controller, item) for item in items],
+            "lesson": self._lesson(controller.name),
         }
+
+    def _lesson(self, name: str) -> dict[str, Any] | None:
+        found = self._talk.lessons.of(name)
+        if found is None:
+            return None
+        number, pupil = found
+        step = "done" if pupil.finished else f"step {pupil.step + 1} of {len(pupil.lesson.steps)}"
+        return {
+            "number": number, "title": f"Lesson {number}: {pupil.lesson.title}, {step}",
+            "task": parts(by_hand(pupil.task)), "finished": pupil.finished,
+        }  # fmt: skip
 
     # Act
 
-    def send(self, name: str, text: str) -> list[str]:
-        """Send a line to a controller, to a board as a command; return explanations of the line."""
+    def send(self, name: str, text: str) -> None:
+        """Send a line to a controller, to a board as a command; or obey a line such as `:why`."""
+        if (command := own_command(text.strip())) is not None:
+            self._obey(name, *command, typed=text.strip())
+            return
         session, controller = self._now, self._now.bench[name]
-        tutor = self._tutors[name]
         if on_a_bus(controller):
             try:
                 data = codec_of(controller.product).read(text)
             except PlacedError as error:
-                return [str(error.message), *tutor.unreadable(error)]
-            comments = tutor.sending(data)
-            self._add(name, "host", f"{text}\n")
+                self._talk.refused(name, text, error)
+                raise UsageError(f"invalid text in column {error.column} of the line: {error.message}") from error
         else:
             ending = controller.product.endings[0]
             data = text.encode("latin-1", "replace") + ending if ending else CHARACTERS.read(text)
-            comments = tutor.sending(data)
             session.do(name, "flow", Flow.DTR.value)
-        session.say(name, data)
-        return comments
+        self._talk.say(name, data)
+
+    def ask(self, name: str, question: str, words: str = "") -> None:
+        """Answer a question to the tutor, e.g. `why`; the answer is a message."""
+        self._obey(name, question, words)
+
+    def _obey(self, name: str, command: str, words: str, typed: str = "") -> None:
+        if self._talk.ask(name, command, words, typed):
+            return
+        if typed:
+            self._talk.log.ask(name, typed, ())
+        match command:
+            case "init":
+                self.initialise(name)
+            case "drive":
+                self._now.do(name, *words.partition(" ")[::2])
+            case "store":
+                self._now.load(name, "typed.sms", f"{words}\n")
+            case _:
+                raise UsageError(f"unknown command :{command}: expected one of {COMMANDS}")
+
+    def initialise(self, name: str) -> None:
+        if not self._follow(name, reasons_of(self._now.bench[name], Remedies()).initialisation()):
+            self._talk.log.ask(name, "Initialise", [READY])
+
+    def begin_lesson(self, name: str, number: int) -> None:
+        """Switch a controller off and on, and begin a lesson, from 1."""
+        self._follow(name, self._talk.lessons.begin(name, number))
+
+    def end_lesson(self, name: str) -> None:
+        self._talk.lessons.end(name)
+
+    def press(self, label: str, running: bool) -> None:
+        """Press a button of the present state; nothing happens if the state has changed meanwhile."""
+        now = condition(self._now, running=running)
+        for button in (each for each in now.buttons if each.label == label):
+            if button.does == "do":
+                self._follow(now.controller, iter(button.acts))
+            elif button.does == "go":
+                self._pass(to_ns(button.at_s))
+            elif button.does == "initialise":
+                self.initialise(now.controller)
+
+    def restart(self) -> dict[str, Any]:
+        """Begin again at virtual time 0 with the open scene, and return its overview."""
+        assert self._scene is not None, "a scene is open"
+        self._start(self._scene)
+        return self._overview()
+
+    def _follow(self, name: str, acts: Iterator[Act]) -> bool:
+        """Perform acts one after the other, at full speed; return False if there are none."""
+        some, session = False, self._now
+        for act in acts:
+            some = True
+            if isinstance(act, Say):
+                session.say(act.controller or name, act.data)
+            elif isinstance(act, Do):
+                session.do(act.controller or name, act.target, act.value)
+            elif isinstance(act, Wait):
+                self._pass(session.bench.now + act.ns)
+        return some
+
+    def _pass(self, until_ns: int) -> None:
+        for _ in self._curves.advance(until_ns):
+            pass
 
     def act(self, name: str, target: str, value: str) -> None:
         """Perform an action at the machine, e.g. `act("if1", "input1", "low")` or `act("if1", "power", "off")`."""
@@ -293,10 +352,29 @@ class Playground:
         return self._curves.table()
 
 
-def _value(controller: Controller, item: Item) -> int | None:
+def _titles(bench: Bench) -> str:
+    """Return the names of the controllers; the title of the only one, if it has the name of its model."""
+    found = {name: controller.product for name, controller in bench.controllers.items()}
+    return ", ".join(made.title if len(found) == 1 and name == made.model else name for name, made in found.items())
+
+
+def _value(controller: Controller, item: Item) -> bool | tuple[str, str]:
+    """Return if a lamp is lit, or the text of a display and its tone."""
     value = controller.read(item.source)
-    return None if value is None else int(value)
+    if isinstance(item, Word):
+        return item.shows(value), item.tones.get(value, Tone.PLAIN).value
+    number = None if value is None else int(value)
+    return item.shows(number) if isinstance(item, Lamp) else (item.shows(number), Tone.PLAIN.value)
 
 
-def _words(item: Lamp) -> str:
-    return f"{item.name}.  {item.doc}".rstrip(". ") + "."
+def _shown(item: Item) -> dict[str, Any]:
+    words = f"{item.name}.  {item.doc}".rstrip(". ") + "."
+    tone = item.tone.value if isinstance(item, Lamp) else Tone.PLAIN.value
+    unit = item.unit if isinstance(item, Reading) else ""
+    kind = "lamp" if isinstance(item, Lamp) else "display"
+    return {"kind": kind, "label": item.label or item.name, "words": words, "tone": tone, "unit": unit}
+
+
+def _first(controller: Controller) -> list[dict[str, Any]]:
+    steps = first_steps(controller)
+    return [{"title": each.title, "words": parts(each.words), "initialises": each.initialises} for each in steps]

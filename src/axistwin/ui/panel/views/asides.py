@@ -8,12 +8,11 @@ from nicegui import ui
 from axistwin.core.errors import UsageError
 from axistwin.core.numbers import NumberError, real, shortened
 from axistwin.scenes.sessions.buttons import initialise
-from axistwin.ui.conversation.conversation import Conversation
+from axistwin.ui.conversation.conversation import READY, Conversation
 from axistwin.ui.panel.context import Context, complain
 
 SETTING = "tutor"
 COMMANDS = ":drive, :explain, :init, :next, :show, :store, :task, :wait and :why"
-READY = "the controller is ready: no initialisation is needed"
 FLAT = "flat dense no-caps"
 
 

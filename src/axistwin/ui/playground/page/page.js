@@ -31,7 +31,12 @@ const worker = newWorker();
 const waiting = new Map();
 let calls = 0;
 
-worker.onmessage = ({ data: { id, result, error } }) => {
+worker.onmessage = ({ data: { id, result, error, progress, stage } }) => {
+  if (progress !== undefined) {
+    $("progress").value = progress;
+    $("stage").textContent = stage;
+    return;
+  }
   const [resolve, reject] = waiting.get(id);
   waiting.delete(id);
   if (error === undefined) resolve(result);
@@ -74,14 +79,16 @@ function show(overview) {
   nowNs = 0;
   running = false;
   document.title = `${overview.title} – axistwin playground`;
-  note(overview.note || overview.title);
-  $("conversation").replaceChildren();
+  $("title").textContent = overview.title;
+  note(overview.note);
   $("controller").replaceChildren(...overview.controllers.filter((one) => one.port).map((one) => element("option", {}, one.name)));
   $("program").value = "";
   $("findings").replaceChildren();
   buildMachine();
   buildPins();
-  for (const id of ["run", "step", "share", "scene", "table"]) $(id).disabled = false;
+  buildOperator();
+  buildConversation();
+  for (const id of ["run", "restart", "step", "share", "scene", "table"]) $(id).disabled = false;
   showRunning();
 }
 
@@ -104,7 +111,7 @@ const frame = guarded(async () => {
   let until = nowNs;
   if (nowNs < targetNs) until = targetNs;
   else if (running) until = speed ? nowNs + Math.round(Math.min(passed, 0.25) * speed * S) : nowNs + 3600 * S;
-  draw(await call("advance", until, BUDGET_S, Math.max(0, nowNs - windowNs)));
+  draw(await call("advance", until, BUDGET_S, Math.max(0, nowNs - windowNs), running));
   if (running || before < targetNs) $("rate").textContent = `× ${((nowNs - before) / S / Math.max(passed, 1e-3)).toPrecision(2)}`;
   else $("rate").textContent = "";
 });
@@ -118,23 +125,160 @@ function draw(state) {
   nowNs = state.now_ns;
   windowNs = Math.max(WINDOW_NS, LEAST_SAMPLES * state.interval_ns);
   $("time").textContent = `${(nowNs / S).toFixed(3)} s`;
-  for (const message of state.messages) append(message);
+  drawState(state.state);
+  for (const [name, entries] of Object.entries(state.entries)) addEntries(name, entries);
   for (const [name, changes] of Object.entries(state.drawings)) drawings[name].show(changes);
   for (const [name, values] of Object.entries(state.controllers)) drawController(name, values);
   drawCurves(state.curves);
-  const chosen = state.controllers[$("controller").value];
-  $("reason").textContent = chosen ? (chosen.powered ? chosen.reason : "the power is off") : "";
+  drawLesson(state.controllers[$("controller").value]);
+  drawOperator(state);
 }
 
-function append({ name, who, text }) {
-  const log = $("conversation");
-  const atEnd = log.scrollTop + log.clientHeight > log.scrollHeight - 8;
-  const shown = text.replaceAll("\r\n", "\n").replaceAll("\r", "\n");
-  const several = opened.controllers.length > 1 && who !== "controller" ? `${name}: ` : "";
-  log.append(element("span", { class: who }, who === "tutor" ? `  ${shown}` : several + shown));
-  while (log.childNodes.length > 1000) log.firstChild.remove();
-  if (atEnd) log.scrollTop = log.scrollHeight;
+// State in words, and the next step
+
+let shownState = "";
+
+function drawState(state) {
+  const now = JSON.stringify(state);
+  if (now === shownState) return;
+  shownState = now;
+  $("state").textContent = state.words;
+  $("words").textContent = state.next;
+  for (const id of ["what", "next"]) $(id).dataset.tone = state.tone;
+  $("acts").replaceChildren(
+    ...state.buttons.map(([label, does, filled]) => {
+      const button = element("button", filled ? { class: "filled" } : {}, label);
+      button.onclick = guarded(() => press(label, does));
+      return button;
+    }),
+  );
 }
+
+async function press(label, does) {
+  if (does === "lessons") {
+    tab("Terminal");
+    $("lessons").open = true;
+    $("titles").querySelector("button")?.focus();
+  } else if (does === "run") start();
+  else if (does === "restart") await restart();
+  else {
+    await call("press", label, running);
+    if (!running) start();
+  }
+}
+
+// Conversation: a list for each controller, lessons, and questions to the tutor
+
+const TABS = ["Terminal", "Program", "Front panel"];
+let logs = {};
+
+function tab(chosen) {
+  for (const name of TABS) {
+    const id = name.replace(" ", "-");
+    $(id).hidden = name !== chosen;
+    $(`tab-${id}`).setAttribute("aria-selected", name === chosen);
+    $(`tab-${id}`).tabIndex = name === chosen ? 0 : -1;
+  }
+}
+
+$("tabs").append(
+  ...TABS.map((name) => {
+    const button = element("button", { role: "tab", id: `tab-${name.replace(" ", "-")}`, "aria-controls": name.replace(" ", "-") }, name);
+    button.onclick = () => tab(name);
+    return button;
+  }),
+);
+$("tabs").onkeydown = ({ key, target }) => {
+  const step = { ArrowRight: 1, ArrowLeft: -1 }[key];
+  if (!step) return;
+  const name = TABS[(TABS.indexOf(target.textContent) + step + TABS.length) % TABS.length];
+  tab(name);
+  $(`tab-${name.replace(" ", "-")}`).focus();
+};
+tab("Terminal");
+
+const marked = (parts) => parts.map(([text, kind]) => (kind ? element("code", {}, text) : text));
+
+function buildConversation() {
+  logs = {};
+  $("logs").replaceChildren(
+    ...opened.controllers.map(({ name }) => {
+      const box = element("div", { "aria-label": `Messages of ${name}` });
+      logs[name] = { box, spoken: false, log: window.axistwinLog(box, null) };
+      return box;
+    }),
+  );
+  document.querySelector(".of").hidden = opened.controllers.length < 2;
+  shownState = "";
+  chooseController();
+}
+
+function chooseController() {
+  const one = chosen();
+  for (const [name, { box, spoken }] of Object.entries(logs)) box.hidden = name !== one.name || !spoken;
+  buildFirst(one);
+  $("lessons").hidden = !one.lessons.length;
+  $("titles").replaceChildren(
+    ...one.lessons.map((title, n) => {
+      const button = element("button", {}, `${n + 1}  ${title}`);
+      button.onclick = () => beginLesson(n + 1);
+      return button;
+    }),
+  );
+  for (const panel of $("Front-panel").children) panel.hidden = panel.dataset.of !== one.name;
+}
+
+function buildFirst({ name, first, lessons }) {
+  const initialise = () => {
+    const button = element("button", {}, "Initialise");
+    button.onclick = guarded(() => call("initialise", name));
+    return button;
+  };
+  const steps = first.steps.map(({ title, words, initialises }) =>
+    element("li", {}, element("div", {}, element("b", {}, title), element("p", { class: "quiet" }, ...marked(words)), ...(initialises ? [initialise()] : []))),
+  );
+  const begin = element("button", {}, "Begin lesson 1");
+  begin.onclick = () => beginLesson(1);
+  const or = element("div", { class: "or" }, element("p", {}, "Six short lessons lead from the first command to a repeating sequence."), begin);
+  $("first").replaceChildren(element("h2", {}, first.title), element("p", { class: "quiet" }, first.about), element("ol", {}, ...steps), ...(lessons.length ? [or] : []));
+  $("first").hidden = logs[name].spoken;
+}
+
+function addEntries(name, entries) {
+  const one = logs[name];
+  if (!one.spoken && entries.some(({ who }) => "><?".includes(who))) {
+    one.spoken = true;
+    chooseController();
+  }
+  one.log.add(entries);
+}
+
+const beginLesson = guarded(async (number) => {
+  $("lessons").open = false;
+  await call("begin_lesson", $("controller").value, number);
+  start();
+  $("text").focus();
+});
+
+function drawLesson(values) {
+  const lesson = values?.lesson;
+  $("lesson").hidden = !lesson;
+  if (!lesson || $("lesson-title").textContent === lesson.title) return;
+  $("lesson-title").textContent = lesson.title;
+  $("task").replaceChildren(...marked(lesson.task));
+  $("show").hidden = lesson.finished;
+  $("next-lesson").hidden = !lesson.finished || lesson.number === chosen().lessons.length;
+  $("next-lesson").onclick = () => beginLesson(lesson.number + 1);
+}
+
+const ask = (question) => guarded(() => call("ask", $("controller").value, question, $("text").value));
+$("show").onclick = ask("show");
+$("why").onclick = ask("why");
+$("what-next").onclick = ask("next");
+$("explain").onclick = ask("explain");
+$("init").onclick = guarded(() => call("initialise", $("controller").value));
+$("end-lesson").onclick = guarded(() => call("end_lesson", $("controller").value));
+$("controller").onchange = () => chooseController();
 
 // Machine: the drawings, of which the state contains the changes
 
@@ -151,6 +295,7 @@ let boxes = {};
 function buildMachine() {
   drawings = {};
   boxes = {};
+  operated = [];
   const parts = [];
   for (const controller of opened.controllers)
     for (const { name, kind, art, axis } of controller.drawings) {
@@ -160,7 +305,8 @@ function buildMachine() {
         if (!running) draw(await call("state", Math.max(0, nowNs - windowNs)));
       }));
       const title = axis ? `${controller.name}.${axis}` : name;
-      const box = element("section", { class: "axis", "aria-label": title }, element("h2", { class: "axis-name" }, title), drawing);
+      const heading = axis || (name.startsWith("switches") ? "Inputs and outputs" : "From above");
+      const box = element("section", { class: "axis", "aria-label": title }, element("h2", { class: "axis-name" }, opened.controllers.length > 1 ? title : heading), drawing);
       if (axis) {
         boxes[title] = box;
         box.hidden = true; // until the axis is used; no drawing disappears
@@ -170,14 +316,14 @@ function buildMachine() {
   $("machine").replaceChildren(...parts);
 }
 
-// Inputs, outputs and lamps
+// Power, inputs without a switch on a drawing, and the front panel in the groups of the manual
 
 let levels = {};
-let lamps = {};
+let fronts = {};
 
 function buildPins() {
   levels = {};
-  lamps = {};
+  fronts = {};
   const parts = [];
   for (const controller of opened.controllers) {
     const of = opened.controllers.length > 1 ? `${controller.name}: ` : "";
@@ -189,13 +335,38 @@ function buildPins() {
       return key;
     });
     const outputs = controller.outputs.map((pin) => element("span", { class: "lamp" }, pin));
-    lamps[controller.name] = controller.lamps.map((lamp) => element("span", { class: `lamp ${lamp.tone}`, title: `${lamp.group}: ${lamp.words}` }, lamp.label));
     levels[controller.name] = { power, inputs: Object.fromEntries(controller.inputs.map((pin, n) => [pin, inputs[n]])), outputs: Object.fromEntries(controller.outputs.map((pin, n) => [pin, outputs[n]])) };
-    parts.push(element("h2", {}, inputs.length ? `${of}power, inputs (pressed: high)` : `${of}power`), element("div", { class: "row" }, power, ...inputs));
-    if (outputs.length) parts.push(element("h2", {}, `${of}outputs`), element("div", { class: "row" }, ...outputs));
-    if (controller.lamps.length) parts.push(element("h2", {}, `${of}lamps`), element("div", { class: "row" }, ...lamps[controller.name]));
+    parts.push(element("h2", {}, `${of}power and other terminals`), element("div", { class: "row" }, power, ...inputs, ...outputs));
   }
   $("pins").replaceChildren(...parts);
+  $("Front-panel").replaceChildren(...opened.controllers.map(buildFront));
+}
+
+function buildFront({ name, front }) {
+  const box = element("div", {});
+  box.dataset.of = name;
+  fronts[name] = [];
+  for (const group of front) {
+    const items = group.items.map((item) => {
+      if (item.kind === "lamp") {
+        const lamp = element("span", { class: `lamp ${item.tone}`, title: item.words, role: "img", "aria-label": item.words }, item.label);
+        fronts[name].push((lit) => {
+          lamp.classList.toggle("lit", lit);
+          lamp.setAttribute("aria-label", `${item.words} ${lit ? "on" : "off"}`);
+        });
+        return lamp;
+      }
+      const value = element("b", {});
+      const shown = element("span", { class: "shown", title: item.words }, `${item.label} `, value, ` ${item.unit}`);
+      fronts[name].push(([text, tone]) => {
+        value.textContent = text;
+        shown.className = `shown ${tone}`;
+      });
+      return shown;
+    });
+    box.append(element("section", { "aria-label": group.title }, element("h2", {}, group.title), element("div", { class: "row" }, ...items)));
+  }
+  return box;
 }
 
 function drawController(name, values) {
@@ -206,7 +377,44 @@ function drawController(name, values) {
     inputs[pin]?.setAttribute("aria-pressed", level);
     outputs[pin]?.classList.toggle("lit", level);
   }
-  values.lamps.forEach((lit, n) => lamps[name][n].classList.toggle("lit", lit));
+  values.front.forEach((value, n) => fronts[name][n](value));
+}
+
+// Operator panel: a latching button changes with each click, any other is pressed while it is held
+
+let operated = [];
+
+function buildOperator() {
+  const of = (pin) => pin.split(".");
+  const buttons = opened.operator.button.map(({ name, pin, pressed, latching }) => {
+    const [who, terminal] = of(pin);
+    const key = element("button", { "aria-pressed": "false", class: latching && /stop/i.test(name) ? "stop" : "" }, name);
+    const set = guarded((on) => call("act", who, terminal, on === (pressed === "high") ? "high" : "low"));
+    const isOn = () => key.getAttribute("aria-pressed") === "true";
+    if (latching) key.onclick = () => set(!isOn());
+    else {
+      key.onpointerdown = () => set(true);
+      for (const end of ["onpointerup", "onpointerleave", "onblur"]) key[end] = () => isOn() && set(false);
+      key.onkeydown = ({ key: typed, repeat }) => !repeat && " Enter".includes(typed) && set(true);
+      key.onkeyup = ({ key: typed }) => " Enter".includes(typed) && set(false);
+    }
+    operated.push((state) => {
+      key.setAttribute("aria-pressed", state.controllers[who].pins[terminal] === (pressed === "high"));
+      key.classList.toggle("wanted", state.state.pin === pin);
+    });
+    return key;
+  });
+  const lamps = opened.operator.lamp.map(({ name, pin, lit }) => {
+    const [who, terminal] = of(pin);
+    const lamp = element("span", { class: "lamp" }, name);
+    operated.push((state) => lamp.classList.toggle("lit", state.controllers[who].pins[terminal] === (lit === "high")));
+    return lamp;
+  });
+  $("operator").replaceChildren(...buttons, ...lamps);
+}
+
+function drawOperator(state) {
+  for (const show of operated) show(state);
 }
 
 // Curves
@@ -221,6 +429,7 @@ function drawCurves(curves) {
   for (const [name, quantities] of Object.entries(curves).filter(([name]) => !boxes[name].hidden))
     for (const [quantity, points] of Object.entries(quantities)) {
       const values = points.map(([, value]) => value);
+      if (values.every((value) => value === values[0])) continue; // nothing has moved
       const low = Math.min(0, ...values);
       const high = Math.max(1, ...values);
       const x = (t) => (WIDTH * (t - from)) / (to - from || 1);
@@ -234,6 +443,7 @@ function drawCurves(curves) {
       );
       parts.push(drawing);
     }
+  if (!parts.length) parts.push(element("p", { class: "hint" }, "Curves of the axes appear here while they move."));
   $("curves").replaceChildren(...parts);
 }
 
@@ -256,6 +466,12 @@ $("run").onclick = () => {
   showRunning();
 };
 
+const restart = guarded(async () => {
+  show(await call("restart"));
+  start();
+});
+$("restart").onclick = restart;
+
 $("step").onclick = guarded(async () => {
   running = false;
   showRunning();
@@ -265,10 +481,11 @@ $("step").onclick = guarded(async () => {
 $("line").onsubmit = guarded(async (event) => {
   event.preventDefault();
   const text = $("text").value;
-  $("text").value = "";
-  note(opened.title);
+  if (!text) return;
   if (!running) start();
-  for (const words of await call("send", $("controller").value, text)) append({ name: $("controller").value, who: "tutor", text: words });
+  await call("send", $("controller").value, text);
+  $("text").value = "";
+  note("");
 });
 
 const chosen = () => opened.controllers.find((one) => one.name === $("controller").value);
@@ -385,6 +602,7 @@ guarded(async () => {
     show(await call("open_model", models[0]));
     note(error.message, true);
   }
+  $("loading").hidden = true;
   document.documentElement.dataset.state = "ready";
   loop();
 })();
