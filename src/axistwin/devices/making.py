@@ -106,6 +106,7 @@ def _options(kind: type[Device]) -> type[Any]:
     ranges = {
         name: (-inf if option.low is None else option.low, inf if option.high is None else option.high)
         for name, option in kind.options.items()
+        if not isinstance(option.usual, str)
     }
 
     def check_all(made: Any) -> None:
