@@ -68,6 +68,17 @@ def test_the_client_moves_an_axis_by_the_pulse_and_the_nanosecond(host, module):
     assert lasted_ns(axis) == S // 2  # 2 × 500/2000 s
 
 
+def test_the_position_is_given_a_number_at_rest(host, module):
+    call, _, (motor, *_) = host
+    call(settle, motor)
+    call(move_and_wait, motor, 100)
+    call(motor.set_actual_position, -5)
+    assert call(lambda: (motor.actual_position, motor.target_position, motor.get_position_reached())) == (-5, -5, 1)
+    call(motor.set_target_position, 15)
+    call(move_and_wait, motor, 0)
+    assert module.axes["0"].position == 120
+
+
 def test_velocities_and_stops_have_ramps(host, module, bench):
     call, _, (*_, motor) = host
     call(settle, motor)
