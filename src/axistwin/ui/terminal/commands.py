@@ -114,11 +114,11 @@ class LocalCommands:
             case "axes":
                 self.screen.show(*columns(self._inspect(_axes)))
             case "why":
-                self.screen.show(*self._inspect(lambda end: end.tutor.why()))
+                self.screen.tell(*self._inspect(lambda end: end.tutor.why()))
             case "next":
-                self.screen.show(*self._inspect(lambda end: end.tutor.next()))
+                self.screen.tell(*self._inspect(lambda end: end.tutor.next()))
             case "explain":
-                self.screen.show(*self._inspect(lambda end: end.tutor.explain(words)))
+                self.screen.tell(*self._inspect(lambda end: end.tutor.explain(words)))
             case "init":
                 await self._initialise(self._virtual_end())
             case "tutor":

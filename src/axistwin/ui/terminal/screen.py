@@ -1,6 +1,8 @@
 """The screen of a terminal: `>` host, `<` controller; control characters are shown by name."""
 
 import asyncio
+import shutil
+import textwrap
 from collections.abc import Callable
 from enum import Enum
 from typing import TextIO
@@ -68,8 +70,22 @@ class Screen:
         self.prompt()
 
     def aside(self, *lines: str) -> None:
+        """Show notes below the line that they explain."""
         if lines:
-            self.show(*(f"{DIM}  {line}{NORMAL}" if self.colours else f"  {line}" for line in lines))
+            shown = [piece for line in lines for piece in self._wrapped(line, "  ")]
+            self.show(*(f"{DIM}{line}{NORMAL}" if self.colours else line for line in shown))
+
+    def tell(self, *lines: str) -> None:
+        """Show sentences, wrapped at blanks and with a hanging indent on a screen of a user."""
+        self.show(*(piece for line in lines for piece in self._wrapped(line)))
+
+    def _wrapped(self, line: str, indent: str = "") -> list[str]:
+        width = shutil.get_terminal_size().columns - 1 if self.person else 0
+        if len(indent + line) <= width or not self.person:
+            return [indent + line]
+        return textwrap.wrap(
+            line, width, initial_indent=indent, subsequent_indent=f"{indent}  ", break_on_hyphens=False
+        )  # fmt: skip
 
     def show_received(self, data: bytes) -> None:
         for byte in data:

@@ -11,6 +11,7 @@ from axistwin.bench.controller import on_a_bus
 from axistwin.core.errors import UsageError
 from axistwin.core.units import S
 from axistwin.scenes.hosting import program_text
+from axistwin.scenes.sessions.condition import condition
 from axistwin.scenes.sessions.session import Session
 from axistwin.sim.serial_port import Flow
 from axistwin.ui.teaching.tutor import Tutor
@@ -66,10 +67,7 @@ class VirtualEnd(ABC):
 
     def _status(self) -> str:
         axes = (f"{name} {axis.position}" for name, axis in self.controller.axes.items())
-        moving = any(axis.moving for axis in self.controller.axes.values())
-        in_the_way = next((str(reason) for reason in self.tutor.guide.reasons()), "")
-        state = "moving" if moving else in_the_way.partition(": type")[0] or "ready"
-        return f"{self.session.seconds:.3f} s   {'  '.join(axes)}   {state}"
+        return f"{self.session.seconds:.3f} s   {'  '.join(axes)}   {condition(self.session).words}"
 
     def set_speed(self, speed: float | None) -> None:
         """Set the speed of virtual time: 1 is real time, None is full speed."""
