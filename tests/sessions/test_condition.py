@@ -225,6 +225,15 @@ def test_a_state_of_a_device_of_others(abilities, acts, state):
     assert told(condition_of(session, "it")) == state
 
 
+def test_a_limit_input_of_one_axis_names_the_axis():
+    ours = product("if1")
+    bench = Bench()
+    bench.add(ours._replace(model="lift", family="", check=None, limit_pins={"2": ("limit_minus", "limit_plus")}), "it")
+    session = Session(lambda: bench, None)
+    session.do("it", "limit_minus", "low")
+    assert condition_of(session, "it").words == "Stopped: axis 2 at the minus limit"
+
+
 async def test_the_buttons_make_an_if1_ready_and_clear_its_fault():
     session = Session(bench_of("if1"))
     session.run()

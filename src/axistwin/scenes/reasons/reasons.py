@@ -99,14 +99,17 @@ class Reasons:
 
     def _limits(self) -> Iterator[Reason]:
         product = self.controller.product
-        sides = dict.fromkeys(
-            (pin, side) for pins in product.limit_pins.values() for pin, side in zip(pins, SIDES, strict=True)
-        )
-        for pin, side in sides:
+        axes: dict[tuple[str, str], list[str]] = {}  # Axes that share a limit input of a side.
+        for axis, pins in product.limit_pins.items():
+            for pin, side in zip(pins, SIDES, strict=True):
+                axes.setdefault((pin, side), []).append(axis)
+        for (pin, side), shared in axes.items():
             if self.controller.pins[pin].level is not product.closed_level:
                 text, level = f"the {side} limit is active", "high" if product.closed_level else "low"
                 _, _, away = self.controller.hint.partition(f"{side} limit: ")
-                yield Reason(text, self.restored(pin, level, away=away), pin=pin, level=level, short=self.at(side))
+                own = f"{'axis ' * shared[0].isdigit()}{shared[0]} at the {side} limit"
+                short = own if len(shared) == 1 else self.at(side)
+                yield Reason(text, self.restored(pin, level, away=away), pin=pin, level=level, short=short)
 
     def _drives(self) -> Iterator[Reason]:
         for axis, pin in self.controller.product.drive_fault_pins.items():
