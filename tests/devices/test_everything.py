@@ -325,7 +325,7 @@ def test_the_state_in_words():
     session = Session(Scene.load("scene.toml").build, None)
     session.bench.run(1.0)
     told = condition_of(session, "table")
-    assert (told.words, told.next) == ("Stopped: 1 at the plus limit", "Move it in the minus direction")
+    assert (told.words, told.next) == ("Stopped: axis 1 at the plus limit", "Move it in the minus direction")
 
 
 def test_the_front_panel_the_pins_and_the_drawings_on_the_page():
