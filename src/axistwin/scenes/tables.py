@@ -50,7 +50,7 @@ FAULT_PARAMETERS: dict[str, Any] = {
 class Table(BaseModel):
     """Base class of the tables of a scene file; an unknown key in a table is an error."""
 
-    model_config = ConfigDict(extra="forbid", use_attribute_docstrings=True)
+    model_config = ConfigDict(extra="forbid", use_attribute_docstrings=True, defer_build=True)
 
 
 @contextmanager
