@@ -6,7 +6,7 @@ from typing import Any
 import pytest
 
 from axistwin.core.errors import UsageError
-from axistwin.devices import Device, Lines, Positioner, command, query
+from axistwin.devices import Datagrams, Device, Lines, Option, Positioner, command, query, xor8
 from axistwin.drivers import TextDriver
 from axistwin.testing import device_checks, watching
 
@@ -58,6 +58,55 @@ class Wrong(Device):
     @query("{axis}MD")
     def motion_done(self, axis):
         return int(not self.axes[axis].moving)
+
+
+class Echoes(Wrong):
+    framing = Lines(b"\r\n", echo=True)
+
+
+class Addressed(Wrong):
+    framing = Lines(b"\n", address="@{number}", ignore=b"\r", ignore_case=True)
+    options = {"number": Option(3, 0, 9)}
+
+
+class Separates(Wrong):
+    framing = Lines(b"\r", separator=b";", at_once=b"\x1b")
+
+    @command("\x1b")
+    def abort_all(self):
+        for axis in self.axes.values():
+            axis.abort()
+
+
+class Slow(Wrong):
+    answer_after = 0.05
+    axes = {"1": Positioner(velocity=2000, servo=True, following_error=100)}
+
+    def start(self):
+        yield self.after(1.5)
+
+    @command("SET[ {mode:L|R}][{value:float 0..1}]")
+    def set_mode(self, mode, value):
+        return "OK"
+
+
+class Long(Device):
+    """Datagrams with a length, and no driver."""
+
+    model = "long"
+    framing = Datagrams(">BBBh head code count value", ">BBh head code value", check=xor8, length="count")
+
+    @command("head=170 code=1 {value:int}")
+    def keep(self, value):
+        self.value = value
+        return {"head": 170, "code": 1, "value": value}
+
+
+@pytest.mark.parametrize("kind", [Echoes, Addressed, Separates, Slow, Long])
+def test_devices_with_other_framings_and_times_pass(kind):
+    for check in device_checks(kind):
+        if check.id in ("repeated", "distance", "reachable"):
+            check.values[0]()
 
 
 class Raises(Wrong):
