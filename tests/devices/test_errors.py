@@ -129,6 +129,30 @@ def test_so_is_an_error_that_no_request_has_caused(body, act, words, tmp_path, c
     assert caplog.messages[0].startswith(f"stage.py:{line_of(tmp_path)}: {words} in stage: ")
 
 
+def test_an_error_is_logged_once_but_each_refused_line_is_reported(tmp_path, caplog):
+    body = """
+        @command("GO")
+        def go(self):
+            return 1 / 0
+
+        @register()
+        def status(self) -> int:
+            return self.state
+        """
+    bench, told = Bench(), []
+    controller = bench.add(written(tmp_path, body), line="instant")
+    controller.subscribe_refusals(lambda refusal: told.append(refusal.data))
+    with caplog.at_level(logging.ERROR, "axistwin.devices"):
+        for _ in range(20):
+            controller.read("status")
+            controller.serial.write(b"GO\r")
+            bench.run(0.1)
+    assert [words.split(" in ")[0] for words in caplog.messages] == [
+        "stage.py:18: AttributeError", "stage.py:14: ZeroDivisionError",
+    ]  # fmt: skip
+    assert told == [b"", *[b"GO"] * 20]
+
+
 FOUND_BEFORE = {
     "a kind": ('@command("GO{to:integer}")  # here\ndef go(self, to): ...',
                "invalid placeholder {to:integer}: expected a name and int"),

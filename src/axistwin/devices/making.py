@@ -152,6 +152,7 @@ class Hardware:
         self.alarms = Alarms(*kind.faults)
         self.refusals: Signal[[Refusal]] = Signal()
         self.device: Device | None = None
+        self._logged: set[str] = set()  # File and line of the errors that have been logged.
         self.running: list[Process] = []
         self._ends: list[Any] = []
         self._waiting: list[tuple[bytes, Refused | None]] = []
@@ -270,9 +271,7 @@ class Hardware:
             self._refuse(request.data, _bug(self.kind, error, entry.place))
 
     def _refuse(self, data: bytes, reason: Refused) -> None:
-        self.refusals.emit(Refusal(data, reason.words))
-        if reason.why is Why.BUG:
-            _log.error("%s", reason.words)
+        self._tell(reason, data)
         answer = self._guarded(lambda: self.device and self.device.refused(reason, data), data)
         if answer is not None:
             self._guarded(partial(self._send, answer), data)
@@ -311,10 +310,17 @@ class Hardware:
         try:
             return act()
         except Exception as error:  # noqa: BLE001  # an error of a device must not end the bench
-            reason = _bug(self.kind, error)
-            self.refusals.emit(Refusal(data, reason.words))
-            _log.error("%s", reason.words)
+            self._tell(_bug(self.kind, error), data)
             return None
+
+    def _tell(self, reason: Refused, data: bytes) -> None:
+        """Report what is refused, and log the first error of each line: a register may be read 20 times a second."""
+        place = reason.words.partition(": ")[0]
+        if data or place not in self._logged:
+            self.refusals.emit(Refusal(data, reason.words))
+        if reason.why is Why.BUG and place not in self._logged:
+            self._logged.add(place)
+            _log.error("%s", reason.words)
 
     def _hint(self) -> str:
         return self._guarded(lambda: "" if self.device is None else self.device.hint(), b"") or ""
