@@ -51,7 +51,7 @@ def test_speed_by_the_field_and_by_the_menu(panel):
     panel.speed("fast")
     panel.message("invalid speed 'fast'")
     panel.speed("20")
-    click(panel.open("Speed \u00d720").get_by_role("menuitem", name="\u00d710", exact=True))
+    click(panel.open("Speed \u00d720").get_by_role("button", name="\u00d710", exact=True))
     panel.button("Speed \u00d710").wait_for()
 
 
@@ -78,7 +78,7 @@ def test_keys(panel):
     expect(dialog).to_contain_text("step to the next event")
     click(panel.button("Close", dialog))
     dialog.wait_for(state="hidden")
-    click(panel.button("help", panel.open("more controls")))
+    click(panel.button("Keys", panel.open("more controls")))
     dialog.wait_for()
     strike(panel.page, "Escape")
     dialog.wait_for(state="hidden")

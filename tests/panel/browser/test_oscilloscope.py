@@ -51,7 +51,7 @@ def test_pause_zoom_and_pan(panel, scope):
     expect(span(scope)).to_have_text(re.compile("s a division$"))
     click(panel.button("Freeze", scope))
     expect(scope.get_by_role("status")).to_contain_text("frozen")
-    for control in ("shorter time", "longer time", "complete record"):
+    for control in ("shorter time", "longer time", "All"):
         before = span(scope).inner_text()
         click(panel.button(control, scope))
         expect(span(scope)).not_to_have_text(before)

@@ -89,7 +89,7 @@ def test_off_and_on(panel):
     expect(follow).not_to_be_checked()
     click(follow)
     click(panel.button("Off and on", program))
-    key = panel.button("power of table")
+    key = panel.page.get_by_role("button", name="power of table")
     expect(key).to_have_text("Power on")
     expect(key).to_have_attribute("aria-pressed", "true")
     click(key)

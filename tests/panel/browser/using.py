@@ -135,7 +135,7 @@ class Panel:
     def open(self, name, within=None):
         """Open a menu by its button, and return it."""
         self.close()
-        click(self.button(name, within))
+        click(self.page.locator(".more") if name == "more controls" else self.button(name, within))
         return self.page.locator(".q-menu").last
 
     def close(self):
@@ -234,7 +234,7 @@ class Panel:
 
     def step(self, kind):
         before = self.clock.inner_text()
-        click(self.open("Step").get_by_role("menuitem", name=kind, exact=True))
+        click(self.open("Step").get_by_role("menuitem", name=f"to the next {kind}"))
         expect(self.clock).not_to_have_text(before)
         self.paused()
 

@@ -152,6 +152,7 @@ def _application(panel: Panel, title: str) -> FastAPI:
 
         await build_page(enter)
 
+    app.config.quasar_config["loadingBar"]["skipHijack"] = True  # Without a name, it is a finding of axe.
     ui.run_with(
         application,
         title=f"VIRTUAL: {title}",

@@ -112,7 +112,7 @@ def _steps(context: Context) -> None:
         for kind, what in STEPS.items():
             breathe()
             item = ui.menu_item(on_click=partial(_step, context, kind)).mark(f"step-{kind}")
-            with item.props(f'role=menuitem aria-label="{kind}" title="run until {what}"'):
+            with item.props(f'role=menuitem title="run until {what}"'):
                 ui.label(f"to the next {kind}")
                 ui.label(kind[0]).classes("key")
 
@@ -153,11 +153,11 @@ def _speed(context: Context) -> Refresh:
         context.touch(action, now=True)
         show()  # Show the new simulation speed at once, not only at the next update of the page.
 
-    with button, ui.menu().props("no-focus").classes("pop"):
+    with button, ui.menu().props("no-focus role=dialog aria-label=speed").classes("pop"):
         for speed in OFFERED:
             breathe()
             item = ui.menu_item(on_click=lambda s=speed: change(lambda: _set_speed(context, s)))
-            with item.props("role=menuitem").mark(f"speed-{_speed_text(speed)}"):
+            with item.props("role=button").mark(f"speed-{_speed_text(speed)}"):
                 ui.label("as fast as possible" if speed is None else f"\u00d7{speed:g}")
         box = ui.input("times real time, or max", value=_speed_text(context.session.speed))
         box.props('dense outlined aria-label="times real time"').mark("speed-box")

@@ -35,7 +35,9 @@ def power(context: Context, name: str) -> Refresh:
     def refresh() -> None:
         powered = context.bench.controllers[name].powered
         key.show(powered)
-        key.text = f"{whose}{'on' if powered else 'off'}" if whose else "Power on" if powered else "Power off"
+        word = "on" if powered else "off"
+        key.text = f"{whose}{word}" if whose else f"Power {word}"
+        key.props["aria-label"] = f"{key.text}, power of {name}"
 
     return refresh
 
@@ -90,7 +92,8 @@ def _list(context: Context) -> Refresh:
             for fault in context.bench.faults:
                 _row(context, fault)
             if not now:
-                ui.label("No faults.").classes("quiet")
+                with ui.element("li"):
+                    ui.label("No faults.").classes("quiet")
 
     return refresh
 

@@ -32,7 +32,8 @@ def machines(context: Context, name: str) -> Refresh:
     with ui.element("div").classes("view") as view:
         top_view = table(context, name, view)
         with ui.element("div").classes("axes"):
-            frames = {axis: _frame(controller, axis, press) for axis in controller.axes}
+            level = 2 if len(context.bench.controllers) == 1 else 3
+            frames = {axis: _frame(controller, axis, press, level) for axis in controller.axes}
     switches = Switches(controller, press, named(context.session.operator, name))
     board = Picture(switches.drawing)
     board.props(f'role=group aria-label="switches and lamps of {name}"')
@@ -58,11 +59,11 @@ def named(operator: OperatorTable, name: str) -> dict[str, str]:
     return {pin.removeprefix(own): word for pin, word in inscriptions(operator).items() if pin.startswith(own)}
 
 
-def _frame(controller: Controller, axis: str, press: Press) -> tuple[ui.element, Figure, Picture]:
+def _frame(controller: Controller, axis: str, press: Press, level: int) -> tuple[ui.element, Figure, Picture]:
     breathe()
     with ui.element("section").classes("axis") as box:
         box.visible = False
-        ui.label(axis).classes("axis-name").props("role=heading aria-level=3")
+        ui.label(axis).classes("axis-name").props(f"role=heading aria-level={level}")
         shown = figure(controller, axis, press)
         picture = Picture(shown.drawing)
     return box, shown, picture

@@ -18,15 +18,14 @@ from axistwin.ui.panel.views.people import people
 
 FLAT = "flat dense no-caps align=left"
 FIELD = "dense outlined"
+NAME = "more controls"
 
 
 def more(context: Context, show_keys: Callable[[], object]) -> Refresh:
     """Build the button and its menu; while somebody else drives, the button says who."""
-    button = (
-        ui.button(icon="more_vert").props('flat dense no-caps aria-label="more controls"').classes("more").mark("more")
-    )
+    button = ui.button(icon="more_vert").props("flat dense no-caps").classes("more").mark("more")
     colours = darkness(context)  # Outside of the menu, whose contents a browser makes when it is opened.
-    with button, ui.menu().props("no-focus").classes("pop more-menu"):
+    with button, ui.menu().props(f'no-focus role=dialog aria-label="{NAME}"').classes("pop more-menu"):
         _moment(context)
         breathe()
         _until(context)
@@ -41,11 +40,11 @@ def more(context: Context, show_keys: Callable[[], object]) -> Refresh:
         shown.append(people(context))
         ui.separator()
         colours()
-        keys = ui.button("Keys", icon="keyboard", on_click=show_keys).props(FLAT).mark("help")
-        keys.props('aria-label="help"')
+        ui.button("Keys", icon="keyboard", on_click=show_keys).props(FLAT).mark("help")
 
     def refresh() -> None:
-        button.text = "" if context.drives else f"{context.people.driver_name} drives"
+        button.text = told = "" if context.drives else f"{context.people.driver_name} drives"
+        button.props["aria-label"] = f"{told}, {NAME}" if told else NAME
 
     return together(*shown, refresh)
 

@@ -87,7 +87,7 @@ def _button(context: Context, table: ButtonTable) -> Refresh:
     stop = is_stop(table)
     picture = MUSHROOM if stop else START if "start" in table.name.lower() else PUSH
     key = called(_Control("button", table.name, picture), f"operator-{table.name}")
-    key.classes("stop" if stop else "push").props(f'type=button aria-label="{table.name}"')
+    key.classes("stop" if stop else "push").props("type=button")
     if table.latching:
         key.on("click", lambda: press(not is_pressed()), [])
     else:

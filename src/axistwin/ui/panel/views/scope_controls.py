@@ -58,7 +58,7 @@ def head(screen: Screen, runs: Callable[[], bool]) -> Refresh:
     breathe()
     refresh_time = _time_base(screen)
     breathe()
-    all_ = ui.button("All", on_click=screen.fit).props(f"{FLAT} aria-label='complete record'")
+    all_ = ui.button("All", on_click=screen.fit).props(FLAT)
     all_.mark("scope-all").tooltip("Complete record")
     for icon, forward, what in (
         ("keyboard_double_arrow_left", False, "previous activity"),
@@ -129,7 +129,7 @@ def choice(screen: Screen) -> Refresh:
         attempt(lambda: screen.choose(split(wanted.value)))
 
     signals = ui.button("Signals").props(MENU).classes("scope-first").mark("scope-list")
-    with signals, ui.menu().props("no-focus"), ui.element("div").classes("scope-list"):
+    with signals, ui.menu().props("no-focus role=dialog aria-label=signals"), ui.element("div").classes("scope-list"):
         with ui.element("div").classes("with-button"):
             wanted = ui.input("Signals", placeholder="*.X.velocity, if1.*says").on("keydown.enter", take)
             wanted.props("dense outlined data-test=scope-signals").mark("scope-signals")
@@ -154,7 +154,7 @@ def choice(screen: Screen) -> Refresh:
 def arrange(screen: Screen) -> Refresh:
     """Build the menu of lanes: side by side or overlaid, their order, titles and folds."""
     button = ui.button("Lanes").props(MENU).mark("scope-arrange")
-    with button, ui.menu().props("no-focus"), ui.element("div").classes("scope-list"):
+    with button, ui.menu().props("no-focus role=dialog aria-label=lanes"), ui.element("div").classes("scope-list"):
         lanes = ui.toggle({True: "Lanes", False: "Overlaid"}, value=screen.lanes).props(TOGGLE)
         refresh_lanes = kept(lanes.mark("scope-lanes"), screen, "lanes")
         ui.label("Lanes can also be dragged by their names").classes("quiet")
@@ -234,7 +234,7 @@ def trigger(screen: Screen) -> Refresh:
     """Build the menu of the trigger; its mode is on the button."""
     settings = screen.trigger
     button = ui.button().props(MENU).mark("scope-trigger-menu")
-    with button, ui.menu().props("no-focus"), ui.element("div").classes("scope-list"):
+    with button, ui.menu().props("no-focus role=dialog aria-label=trigger"), ui.element("div").classes("scope-list"):
         refresh_mode = _mode(screen)
         breathe()
         signal = ui.select(_names(screen), label="on", value=settings.signal)
@@ -322,7 +322,10 @@ COLUMNS = [
 
 def measuring(screen: Screen, shows_numbers: Callable[[], bool]) -> Refresh:
     """Build the menu of the cursors, with the table of measurements."""
-    with ui.button("Cursors").props(MENU).mark("scope-cursors"), ui.menu().props("no-focus") as menu:
+    with (
+        ui.button("Cursors").props(MENU).mark("scope-cursors"),
+        ui.menu().props("no-focus role=dialog aria-label=cursors") as menu,
+    ):
         menu.classes("scope-measures")
         with ui.row().classes("scope-row"):
             for which in ("a", "b"):
