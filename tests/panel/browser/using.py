@@ -28,7 +28,7 @@ AT = """() => {
     parts: [...document.querySelectorAll('.fold-title')].some(
       (each) => visible(each) && each.ariaExpanded === 'false'),
     open: [...document.querySelectorAll('.q-menu, .q-dialog')].some(visible),
-    drives: !document.querySelector('.more').innerText.includes('drives'),
+    drives: !document.querySelector('.more').textContent.includes('drives'),
     clock: document.querySelector('[data-test=clock]').innerText,
     state: document.querySelector('[data-test=state]').innerText,
     runs: !document.querySelector('.run').innerText.includes('Run'),

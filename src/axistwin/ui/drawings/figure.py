@@ -24,11 +24,11 @@ class Figure(Protocol):
         """Update the drawing of the axis; if `smooth` is True, the parts move in a smooth transition."""
 
 
-def readout(part: str, label: str, of: str = "") -> str:
-    """Return the HTML of a row with a value: `part` is its name, `of` its unit."""
+def readout(part: str, label: str, of: str = "", kind: str = "") -> str:
+    """Return the HTML of a row with a value: `part` is its name, `of` its unit, `kind` more CSS classes."""
     told = f" <small>{escape(of)}</small>" if of else ""
     value = f'<dd><span data-part="{part}">\u2013</span>{told}</dd>'
-    return f'<div class="of-{part}" data-part="row-{part}"><dt>{escape(label)}</dt>{value}</div>'
+    return f'<div class="of-{part} {kind}" data-part="row-{part}"><dt>{escape(label)}</dt>{value}</div>'
 
 
 def readouts(*rows: str) -> str:
@@ -41,7 +41,7 @@ def error_rows(axis: Axis) -> list[str]:
     if isinstance(axis, ServoAxis):
         return [readout("behind", "Following error", of), readout("temperature", "Motor", "°C")]
     encoder = [readout("encoder", "Encoder", "counts")] if axis.encoder_count is not None else []
-    return [readout("behind", "Lost", of), *encoder]
+    return [readout("behind", "Lost", of, "unused"), *encoder]
 
 
 def motion_rows(axis: Axis) -> list[str]:
@@ -50,7 +50,7 @@ def motion_rows(axis: Axis) -> list[str]:
     parts = ("position", "velocity") if axis.units is None else ("place", "speed")
     rows = [readout(parts[0], "Position", of), readout(parts[1], "Velocity", f"{of}/s")]
     if not isinstance(axis, ServoAxis):
-        rows.append(readout("target", "Target", of))
+        rows.append(readout("target", "Target", of, "none"))
     if axis.limits is not None:
         rows.append(readout("limits", "Limits"))
     return rows if axis.units is None else [*rows, readout("position", axis.unit.capitalize())]

@@ -16,8 +16,8 @@ BEHIND = 0.5  # Distance between bridge and tool, in units of the 3-D scene.
 LIFT = 0.35  # Vertical travel of the tool, in units of the 3-D scene.
 MOST_PLACES = 100
 WIDTH, HEIGHT = 560, 360
-AIR = "#eef1f5"
-STEEL, PAINT, BRASS, BED, DARK = "#9aa6b5", "#2457c5", "#e9c46a", "#56616f", "#1c2430"
+AIR = "#eceef0"
+STEEL, PAINT, BRASS, BED, DARK = "#bcc4cc", "#8d98a5", "#d5dae0", "#7d8792", "#1a2027"
 
 
 class Table3D:

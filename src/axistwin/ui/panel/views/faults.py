@@ -29,7 +29,7 @@ def power(context: Context, name: str) -> Refresh:
         word = "off" if context.bench[name].powered else "on"
         context.touch(partial(context.session.do, name, "power", word))
 
-    key = called(Key("", f"power of {name}", turn).classes("power"), f"{name}-power")
+    key = called(Key("Power off", f"power of {name}", turn).classes("power"), f"{name}-power")
     whose = f"{name}: " if len(context.bench.controllers) > 1 else ""
 
     def refresh() -> None:

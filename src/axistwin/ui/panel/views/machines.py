@@ -62,7 +62,7 @@ def named(operator: OperatorTable, name: str) -> dict[str, str]:
 def _frame(controller: Controller, axis: str, press: Press, level: int) -> tuple[ui.element, Figure, Picture]:
     breathe()
     with ui.element("section").classes("axis") as box:
-        box.visible = False
+        box.visible = axis in used_axes(controller)
         ui.label(axis).classes("axis-name").props(f"role=heading aria-level={level}")
         shown = figure(controller, axis, press)
         picture = Picture(shown.drawing)

@@ -50,7 +50,7 @@ def more(context: Context, show_keys: Callable[[], object]) -> Refresh:
 
 
 def _moment(context: Context) -> None:
-    box = ui.input("Go to a time", placeholder="seconds").props(f'{FIELD} aria-label="go to this moment"')
+    box = ui.input("Go to a time, in seconds").props(f'{FIELD} aria-label="go to this moment"')
     box.mark("moment").on("keydown.enter", lambda: go_to(context, box.value))
 
 

@@ -149,8 +149,9 @@ window.axistwinScope = (() => {
       made("b", "scope-now", row); made("small", "quiet scope-unit", row);
     }
     frame.signals.forEach((signal, n) => {
-      const row = box.children[n], [first, note, range] = row.firstChild.children, high = `${places[n][1]}px`;
+      const row = box.children[n], [first, note, range] = row.firstChild.children, high = `${places[n][1]}px`, at = `translateY(${places[n][0]}px)`;
       if (row.style.height !== high) row.style.height = high;
+      if (row.style.transform !== at) row.style.transform = at;
       row.classList.toggle("folded", signal.folded);
       row.title = signal.name;
       write(first, signal.title); write(note, signal.note); write(range, signal.folded || places[n][1] < 28 ? "" : signal.range);
@@ -166,6 +167,7 @@ window.axistwinScope = (() => {
     const tint = tokens(plot), width = area.clientWidth, room = plot.clientHeight - AXIS;
     if (width < 1 || room < 1) return;
     const places = lanes(frame, room), height = Math.max(room, ...places.map(([top, high]) => top + high));
+    plot.querySelector(".scope-names").style.minHeight = `${height}px`;
     const size = { width, height }, pen = ready(area.querySelector("canvas"), width, height);
     names(plot.querySelector(".scope-names"), frame, places);
     const marks = times(frame, width);

@@ -233,7 +233,7 @@ def _list(screen: Screen) -> None:
 def trigger(screen: Screen) -> Refresh:
     """Build the menu of the trigger; its mode is on the button."""
     settings = screen.trigger
-    button = ui.button().props(MENU).mark("scope-trigger-menu")
+    button = ui.button(f"Trigger: {settings.mode}").props(MENU).mark("scope-trigger-menu")
     with button, ui.menu().props("no-focus role=dialog aria-label=trigger"), ui.element("div").classes("scope-list"):
         refresh_mode = _mode(screen)
         breathe()

@@ -51,7 +51,9 @@ def state(context: Context) -> Refresh:
     """Build the title and the state, for the header."""
     conditions = context.common(Conditions)
     with ui.element("div").classes("what") as box:
-        ui.label(_title(context)).classes("scene-title").props("role=heading aria-level=1").mark("scene-title")
+        with ui.element("div").classes("title-row"):
+            ui.label(_title(context)).classes("scene-title").props("role=heading aria-level=1").mark("scene-title")
+            late = ui.label().classes("late").mark("late")
         with ui.element("div").classes("state"):
             icon = ui.icon("pause").props("aria-hidden=true")
             words = ui.label().props("role=status aria-live=polite data-test=state").mark("state")
@@ -63,7 +65,10 @@ def state(context: Context) -> Refresh:
             icon.props["name"] = ICONS[now.kind]
         _tone(box, now)
 
-    return seldom(context, SELDOM, refresh)
+    def show_delay() -> None:
+        late.text = context.session.pacer.report() or ""
+
+    return together(seldom(context, SELDOM, refresh), seldom(context, LATE, show_delay))
 
 
 def _title(context: Context) -> str:
@@ -82,18 +87,14 @@ def next_line(context: Context) -> Refresh:
     with ui.element("div").classes("next").props('role=group aria-label="next"') as box:
         with ui.element("div").classes("next-words"):
             words = ui.label().classes("now").props("role=status").mark("next-words")
-            late = ui.label().classes("quiet late").mark("late")
-        views = [_acts(context), _planned(context), _undo(context)]
+        views = [_planned(context), _undo(context), _acts(context)]
 
     def show() -> None:
         conditions.find()
         words.text = conditions.now.next
         _tone(box, conditions.now)
 
-    def show_delay() -> None:
-        late.text = context.session.pacer.report() or ""
-
-    return together(seldom(context, SELDOM, show), *views, seldom(context, LATE, show_delay))
+    return together(seldom(context, SELDOM, show), *views)
 
 
 def _acts(context: Context) -> Refresh:
