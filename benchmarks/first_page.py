@@ -23,7 +23,8 @@ if TYPE_CHECKING:
 
 GOAL_S = 0.8
 RUNS = 5
-CHROMIUM = shutil.which("chromium") if find_spec("playwright") else None
+PROGRAMS = map(shutil.which, ("chromium", "chromium-headless-shell"))
+CHROMIUM = next(filter(None, PROGRAMS), None) if find_spec("playwright") else None
 FLAGS = (
     "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run", "--disable-background-networking",
     "--disable-component-update", "--disable-sync",

@@ -30,7 +30,7 @@ from axistwin.core.units import MS
 from axistwin.scenes.sessions.session import Session
 from axistwin.sim.clock import Procedure
 from axistwin.ui.panel import page
-from axistwin.ui.panel.views.scope import scope
+from axistwin.ui.panel.views import scope
 from axistwin.ui.panel.web import Address, Panel
 
 SIGNALS = (

@@ -1,9 +1,13 @@
 """The order in which a new page is sent to the browser."""
 
 import asyncio
+from importlib.metadata import version
+from inspect import signature
 from types import SimpleNamespace
 
 import pytest
+from nicegui import Client, ui
+from nicegui.outbox import Outbox as NiceGuiOutbox
 
 from axistwin.ui.panel.outbound import ELEMENTS_AT_A_TIME, Outbound
 
@@ -66,3 +70,23 @@ def test_a_browser_that_has_gone_is_not_waited_for(state):
         return client.outbox.updates
 
     assert 0 in asyncio.run(play())
+
+
+NICEGUI = "3.18"
+
+
+def test_the_insides_of_nicegui_on_which_the_panel_relies():
+    """`outbound.py` replaces two methods of an outbox while it builds a page, and `memory.py` cuts an element's links.
+
+    After an update of NiceGUI, compare its `outbox.py` and `element.py` with the version named here.
+    """
+    assert version("nicegui").rpartition(".")[0] == NICEGUI
+    assert list(signature(NiceGuiOutbox.enqueue_update).parameters) == ["self", "element"]
+    assert list(signature(NiceGuiOutbox.enqueue_message).parameters) == ["self", "message_type", "data", "target_id"]
+    with Client(ui.page("")) as client:
+        element = ui.label()
+        assert client.outbox.updates is not None
+        links = (element._classes, element._style, element._props)
+        assert all(isinstance(part._change_handlers, list) for part in links)
+        assert isinstance(element._event_listeners, dict)
+    client.delete()

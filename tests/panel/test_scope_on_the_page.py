@@ -70,6 +70,7 @@ def test_it_opens_on_what_the_scene_uses_and_offers_presets(visit):
 @shown(scope, build=with_unit)
 def test_values_at_the_pointer_have_units(visit):
     screen_of(visit).show(["if1.X.pulses", "if1.led"])
+    visit.choose("scope-measures", True)
     visit.bench["if1"].axes["X"].start(Profile([Segment(Fraction(1000), Fraction(3))]), -1)
     visit.run(2.0005)
     screen_of(visit).span_ns = 2 * S
@@ -210,6 +211,7 @@ def test_cursors_by_clicks_keys_and_buttons_and_what_they_measure(visit):
     visit.bench["if1"].pins["input1"].drive(True)
     visit.run(1.0)  # now 5 s, of which the latest 2 s are visible
     visit.choose("scope-snap", False)
+    visit.choose("scope-measures", True)
     screen_of(visit).span_ns = 2 * S
     tell(visit, do="click", place=0.25)
     tell(visit, do="click", place=0.75)

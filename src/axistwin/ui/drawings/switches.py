@@ -33,13 +33,21 @@ class Switches:
             f"switches {controller.name}", "switchboard", self._art(), lambda name: press(name, action(self._pin(name)))
         )
         self._pins = controller.pins
+        self._wanted, self._seen = "", dict[str, tuple[bool, ...]]()
 
     def show(self, controller: Controller, wanted: str = "") -> None:
         """Update the drawing; `wanted`: the input that the user must change, which is marked."""
         drawing, self._pins = self.drawing, controller.pins
+        if wanted != self._wanted:
+            for name in {wanted, self._wanted} & {*self.inputs}:
+                drawing.flag(f"switch-{name}", "wanted", name == wanted)
+            self._wanted = wanted
         for name in self.inputs:
             pin, part = self._pin(name), f"switch-{name}"
-            drawing.flag(part, "wanted", name == wanted)
+            now = (pin.level, pin.undriven, pin.driven, pin.held, pin.is_output)
+            if self._seen.get(name) == now:
+                continue
+            self._seen[name] = now
             if name == STOP:
                 show_switch(drawing, part, pin, "released" if pin.level else "pressed")
                 drawing.flag(part, "bad", not pin.level)

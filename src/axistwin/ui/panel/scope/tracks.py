@@ -89,6 +89,8 @@ class Track:
         self._size = 0
         self._older = [NOTHING] * len(SHIFTS)
         self._shifts = list(SHIFTS)
+        self.flat, self._only = True, np.nan
+        """True while the signal has had only one value, apart from values that were not recorded."""
 
     @property
     def nbytes(self) -> int:
@@ -100,15 +102,6 @@ class Track:
         """Time after which all changes are stored exactly."""
         return int(self._times[0]) if any(len(rows.begin) for rows in self._older) else 0
 
-    @property
-    def flat(self) -> bool:
-        """True if the signal has had only one value, apart from values that were not recorded."""
-        if any(len(rows.begin) for rows in self._older):
-            return False
-        known = self._values[: self._size]
-        known = known[~np.isnan(known)]
-        return not len(known) or bool((known == known[0]).all())
-
     def add(self, times: Times, values: Numbers) -> bool:
         """Append samples without repetitions of a value; return False if none has been appended."""
         changed = np.empty(len(values), bool)
@@ -116,10 +109,18 @@ class Track:
         np.not_equal(values[1:], values[:-1], out=changed[1:])
         if not changed.all():
             times, values = times[changed], values[changed]
+        if self.flat:
+            self._compare(values)
         half = CHANGES // 2
         for at in range(0, len(times), half):
             self._append(times[at : at + half], values[at : at + half])
         return len(times) > 0
+
+    def _compare(self, values: Numbers) -> None:
+        known = values[~np.isnan(values)]
+        if len(known):
+            self._only = known[0] if np.isnan(self._only) else self._only
+            self.flat = bool((known == self._only).all())
 
     def interrupt(self, time_ns: int) -> None:
         self.add(np.array([time_ns], np.int64), np.array([np.nan]))

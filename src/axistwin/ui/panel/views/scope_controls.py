@@ -326,7 +326,7 @@ def measuring(screen: Screen, shows_numbers: Callable[[], bool]) -> Refresh:
         ui.button("Cursors").props(MENU).mark("scope-cursors"),
         ui.menu().props("no-focus role=dialog aria-label=cursors") as menu,
     ):
-        menu.classes("scope-measures")
+        menu.classes("scope-measures").mark("scope-measures")
         with ui.row().classes("scope-row"):
             for which in ("a", "b"):
                 button = ui.button(which.upper(), on_click=lambda w=which: activate(screen, w))
@@ -354,7 +354,7 @@ def measuring(screen: Screen, shows_numbers: Callable[[], bool]) -> Refresh:
             return
         refresh_snap()
         times.text = _times(screen)
-        rows = [_row(screen, name) for name in screen.names]
+        rows = [_row(screen, name) for name in screen.names] if menu.value else []
         if table.rows != rows:
             table.rows = rows
 

@@ -13,7 +13,7 @@ from axistwin.scenes.sessions.session import Session
 from axistwin.ui.panel.context import Context, Refresh, seldom, together
 from axistwin.ui.panel.turns import breathe
 
-SELDOM, LATE = 4, 10  # Number of frames between two updates of the state, and of the delay.
+SELDOM, LATE = 6, 10  # Number of frames between two updates of the state, and of the delay.
 MOST_BUTTONS = 3
 IN_HEADER = ("run", "restart", "stop")  # What buttons in the header do.
 OUTLINE = "outline dense no-caps"
