@@ -74,7 +74,7 @@ def test_keys(panel):
     strike(panel.page, " ")
     panel.paused()
     strike(panel.page, "?")
-    dialog = panel.page.get_by_role("dialog")
+    dialog = panel.page.locator(".q-dialog .q-card")
     expect(dialog).to_contain_text("step to the next event")
     click(panel.button("Close", dialog))
     dialog.wait_for(state="hidden")

@@ -81,7 +81,7 @@ def test_lanes_and_overlaid_and_what_cursors_measure(panel, scope):
         click(choice)
         expect(choice).to_have_attribute("aria-pressed", "true")
         panel.close()
-    click(panel.button("complete record", scope))
+    click(panel.button("All", scope))
     plot, times = scope.get_by_test_id("scope-plot"), scope.locator(".scope-times")
     press(plot, "Escape")
     expect(times).to_have_text("")

@@ -139,10 +139,11 @@ class Panel:
         return self.page.locator(".q-menu").last
 
     def close(self):
-        menus = self.page.locator(".q-menu, .q-dialog")
-        if menus.first.is_visible():
+        """Close all menus and dialogs, the upper one first."""
+        open_ = self.page.locator(".q-menu, .q-dialog")
+        while left := open_.count():
             strike(self.page, "Escape")
-            expect(menus).to_have_count(0)
+            expect(open_).not_to_have_count(left)
 
     def open_unused(self, who):
         """Unfold the switches and lamps that are neither wired nor named."""
