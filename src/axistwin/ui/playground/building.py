@@ -23,7 +23,8 @@ ENGINE_LICENCE = "README.md"
 CORE = "pydantic_core-*wasm32.whl"  # Wheel of pydantic-core for Pyodide, from the Python Package Index.
 LIBRARIES = ("simpy", "pydantic", "typing_extensions", "annotated_types", "typing_inspection", "filelock")
 """Pure Python distributions that axistwin imports in the browser; NumPy is not among them."""
-LIBRARIES_ZIP, COMPILED, SNAPSHOT, PREPARED = "libraries.zip", "compiled.zip", "snapshot.gz", "prepared"
+LIBRARIES_ZIP, COMPILED, COMPILED_CORE = "libraries.zip", "compiled.zip", "core.zip"
+SNAPSHOT, PREPARED = "snapshot.gz", "prepared"
 """Files that `prepare` writes; the last has a digest of what it has compiled."""
 ASSETS = dict.fromkeys(("drawings.css", "parts.js"), asset) | dict.fromkeys(("log.css", "log.js"), conversation.asset)
 _DATED = (2020, 1, 1, 0, 0, 0)  # Date of all files in the archives, so that equal contents give equal archives.
@@ -54,6 +55,7 @@ def build(target: Path, engine: Path) -> Path:
     archives = {wheel[0]: wheel[1], LIBRARIES_ZIP: _archive(_libraries())}
     if (engine / PREPARED).is_file() and (engine / PREPARED).read_text(encoding="utf-8") == _digest(archives):
         archives = {COMPILED: (engine / COMPILED).read_bytes()}
+        copyfile(engine / COMPILED_CORE, target / "engine" / cores[-1].name)
     for name, data in archives.items():
         (target / "engine" / name).write_bytes(data)
     snapshot = SNAPSHOT if (engine / SNAPSHOT).is_file() else ""

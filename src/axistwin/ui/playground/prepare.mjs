@@ -2,7 +2,7 @@
 //
 //     node prepare.mjs ENGINE WHEEL CORE
 //
-// Writes ENGINE/compiled.zip and ENGINE/snapshot.gz, from ENGINE/libraries.zip and the two wheels.
+// Writes ENGINE/compiled.zip, ENGINE/core.zip and ENGINE/snapshot.gz, from ENGINE/libraries.zip and the two wheels.
 
 import fs from "node:fs";
 import path from "node:path";
@@ -16,16 +16,21 @@ const COMPILE = `
 import compileall, shutil, zipfile
 from pathlib import Path
 
+def pack(root, target):
+    compileall.compile_dir(root, quiet=2, maxlevels=20, legacy=True)
+    with zipfile.ZipFile(target, "w", zipfile.ZIP_DEFLATED) as archive:
+        for path in sorted(root.rglob("*")):
+            if path.is_file() and path.suffix != ".py" and "__pycache__" not in path.parts:
+                name = zipfile.ZipInfo(path.relative_to(root).as_posix(), (2020, 1, 1, 0, 0, 0))
+                archive.writestr(name, path.read_bytes(), zipfile.ZIP_DEFLATED)
+
 root = Path("/libraries")
 for name in ("cli", "docs", "drivers", "real", "sweeps", "testing", "ui/editor", "ui/panel", "ui/terminal"):
     shutil.rmtree(root / "axistwin" / name, ignore_errors=True)
 for name in ("pydantic/v1", *(path.name + "/sboms" for path in root.glob("filelock*.dist-info"))):
     shutil.rmtree(root / name, ignore_errors=True)
-compileall.compile_dir(root, quiet=2, maxlevels=20, legacy=True)
-with zipfile.ZipFile("/compiled.zip", "w", zipfile.ZIP_DEFLATED) as archive:
-    for path in sorted(root.rglob("*")):
-        if path.is_file() and path.suffix != ".py" and "__pycache__" not in path.parts:
-            archive.writestr(zipfile.ZipInfo(path.relative_to(root).as_posix(), (2020, 1, 1, 0, 0, 0)), path.read_bytes(), zipfile.ZIP_DEFLATED)
+pack(root, "/compiled.zip")
+pack(Path("/core"), "/core.zip")
 `;
 
 // The modules of Python's own library that the first page imports.  A snapshot restores the memory that Pyodide begins
@@ -51,8 +56,10 @@ async function python(archives, options = {}) {
 }
 
 const compiling = await python(["libraries.zip", wheel]);
+compiling.unpackArchive(new Uint8Array(fs.readFileSync(engine + core)).buffer, "zip", { extractDir: "/core" });
 compiling.runPython(COMPILE);
 fs.writeFileSync(engine + "compiled.zip", compiling.FS.readFile("/compiled.zip"));
+fs.writeFileSync(engine + "core.zip", compiling.FS.readFile("/core.zip"));
 
 const first = await python(["compiled.zip"]);
 await first.loadPackage(pathToFileURL(engine + core).href, { checkIntegrity: false, messageCallback: () => {} });
