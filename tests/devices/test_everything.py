@@ -18,8 +18,9 @@ from axistwin import Bench, Scene, Session
 from axistwin.bench.models import product
 from axistwin.controllers import registry
 from axistwin.devices import load
-from axistwin.drivers import connect
+from axistwin.drivers import RefusedError, connect
 from axistwin.scenes.sessions.condition import condition_of
+from axistwin.sim.pins import connect as connect_pins
 from axistwin.ui.editor.scene import Scenes
 from axistwin.ui.editor.talk import Conversations
 from axistwin.ui.panel.views.front import front
@@ -27,6 +28,7 @@ from axistwin.ui.playground.playground import Playground
 
 from ..benches import bench_of
 from ..command import Finished, ended, listening, refused, run, running
+from ..integrations.test_motor_record import run as run_record
 from ..panel.showing import driver_of, show_to, stage
 from ..sessions.driving import drive
 from .conftest import names
@@ -123,6 +125,30 @@ def test_traces_plots_reports_and_diff():
     axistwin_("run", "scene.toml", "--trace", "new.csv")
     assert "no difference" in axistwin_("diff", "old.csv", "old.csv").out
     assert "table.host_says" in axistwin_("diff", "old.csv", "new.csv", code=1).out
+
+
+def test_all_kinds_of_traces_hold_the_same():
+    pytest.importorskip("pyarrow", reason="the extra [traces] is not installed")
+    axistwin_("run", "scene.toml", "--trace", "one.vcd")
+    axistwin_("run", "scene.toml", "--trace", "two.parquet")
+    assert axistwin_("diff", "one.vcd", "two.parquet").out.startswith("no difference in 13 signals")
+
+
+def test_devices_of_others_and_ours_are_on_one_bench():
+    """The lamp of the stage, which is on for 0.2 s, starts an IF1 whose move waits for input 1."""
+    load("stage.py")
+    bench = Bench()
+    stage, if1, module = bench.add("stage", line="instant"), bench.add("if1", line="instant"), bench.add("module")
+    connect_pins(stage.pins["lamp"], if1.pins["input1"])
+    bench.run(1.5)
+    for text in (b"(", b"U61\r", b"H1X40$\r"):
+        if1.serial.write(text)
+        bench.run(1.5)
+    assert if1.axes["X"].position == 0
+    stage.serial.write(b"WAIT\r")
+    module.serial.write(said(4, 0, "2", -7))
+    bench.run(1.0)
+    assert (if1.axes["X"].position, module.axes["2"].position) == (40, -7)
 
 
 def test_registers_are_traced():
@@ -240,6 +266,22 @@ def test_epics_and_opcua():
         code, words = refused("--device", "none.py", *command)
         assert (code, words.count("\n")) == (2, 1)
         assert "bare does not say how a host moves it: expected a driver in its class, e.g. driver = Text" in words
+
+
+def test_a_motor_record_moves_the_axis_and_says_what_its_driver_lacks():
+    load("stage.py")
+
+    async def session(lab) -> None:
+        motor = lab.records["1"]
+        await motor.put("VAL", 3.25)
+        assert (motor.values["RBV"], motor.values["DMOV"]) == (3.25, 1)
+        assert lab.bench["stage"].axes["1"].position == 325
+        with pytest.raises(RefusedError, match="has no `run`: expected it in TextDriver"):
+            await motor.axis.move_at(100.0)
+        await motor.put("VAL", -1)
+        assert lab.bench["stage"].axes["1"].position == -100
+
+    run_record(session, "stage", **{"1": {"units": {"per": 100, "of": "mm"}}})
 
 
 def test_a_scan_with_ophyd():
