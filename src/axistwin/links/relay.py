@@ -33,6 +33,7 @@ from axistwin.sim.frames import LineError, UartFormat
 from axistwin.sim.pins import Pin
 from axistwin.sim.serial import Uart
 from axistwin.sim.serial_port import SerialPort
+from axistwin.sim.signal import Signal
 from axistwin.sim.wirings import direct
 
 log = getLogger("axistwin.links")
@@ -71,6 +72,9 @@ class Relay:
         self._latest: Future[None] | None = None
         self._asked, self._done = 0, 0
         self._warned: set[str] = set()
+        self.relayed: Signal[bool, bytes] = Signal()  # Event: data has been passed on, from the host if True.
+        self.formats: Signal[UartFormat] = Signal()  # Event: the host has set another line format.
+        self._gone = False  # True while the device is lost.
 
     def start(self, pacer: Pacer, lost: Callable[[LinkError], None]) -> None:
         """Start forwarding; call it in the event loop of the pacer.  `lost` is called when the device is lost."""
@@ -83,8 +87,20 @@ class Relay:
         host.rts_line.subscribe(lambda _: self._drive())
         self.port.breaks.subscribe(self._break)
         pacer.subscribe(self._forward)
-        self._thread = Thread(target=self._listen, daemon=True)
+        self._begin()
+
+    def _begin(self) -> None:
+        self._thread = Thread(target=self._listen, args=(self._device,), daemon=True)
         self._thread.start()
+
+    async def reopen(self) -> None:
+        """Open the device again after its loss.  Raises LinkError if it is still away."""
+        device = await self._loop.run_in_executor(None, _open, self.url, self._applied)
+        self._device, self._gone = device, False
+        self._lines = control_lines(device)
+        self._worker = ThreadPoolExecutor(1, "axistwin-device")
+        self._asked = self._done = 0
+        self._begin()
 
     def close(self) -> None:
         self._closing = True
@@ -105,10 +121,12 @@ class Relay:
         if self.port.host.format != self._applied:
             self._applied = self._pass_through.format = self.port.host.format
             settings = settings_of(self._applied)
+            self.formats.emit(self._applied)
             self._queue_setting(f"do {self._applied}", partial(self._device.apply_settings, settings))
         if self._outgoing:
             data, self._outgoing = bytes(self._outgoing), bytearray()
             self._queue(partial(self._write, data))
+            self.relayed.emit(True, data)
 
     def _drive(self) -> None:
         if self._lines is not None:
@@ -131,7 +149,7 @@ class Relay:
         self._asked += 1
         if self._asked - self._done > MAX_QUEUED:
             self._lose(TimeoutError("it does not answer"))
-        elif not self._closing:
+        elif not (self._closing or self._gone):
             self._latest = self._worker.submit(self._counted, do)
             # `wrap_future` makes asyncio log an exception that the function `do` does not catch.
             asyncio.wrap_future(self._latest)
@@ -165,9 +183,9 @@ class Relay:
 
     # Functions that forward data from the device to the host
 
-    def _listen(self) -> None:
+    def _listen(self, device: "serial.Serial") -> None:
         loop = self._loop
-        while not self._closing:
+        while not self._closing and device is self._device:
             try:
                 data = self._read()
                 levels = None if self._lines is None else (self._lines.dsr, self._lines.cts)
@@ -191,13 +209,19 @@ class Relay:
         self._pass_through.format = self.port.host.format
         self._pass_through.send(data)
         self._pacer.work()
+        if data:
+            self.relayed.emit(False, data)
 
     def _show_lines(self, dsr: bool, cts: bool) -> None:
         self.port.dtr_line.set(dsr)
         self.port.rts_line.set(cts)
 
     def _lose(self, error: Exception) -> None:
-        self._lost(LinkError(f"lost {self.url}: {error}"))
+        if not self._gone:
+            self._gone = True
+            self._worker.shutdown(wait=False, cancel_futures=True)
+            self._device.close()
+            self._lost(LinkError(f"lost {self.url}: {error}"))
 
 
 def _open(url: str, line: UartFormat) -> "serial.Serial":
