@@ -1,0 +1,269 @@
+"""The shadow: a twin that follows the host's requests, and the comparison of its answers with the machine's.
+
+Pure: times are arguments, in nanoseconds since 1970, and must not go back.  `host`, `machine` and `tick` are all there
+is to call.  The twin's virtual time is the time of the arguments plus a constant, which changes only when the twin is
+brought into the machine's state.
+"""
+
+from collections import deque
+from collections.abc import Callable
+from typing import NamedTuple
+
+from axistwin.core.units import MS, S
+from axistwin.real.shadow.dialects import dialect_for
+from axistwin.real.shadow.findings import Finding, Findings, Kind
+from axistwin.real.shadow.judging import Judge
+from axistwin.real.shadow.learning import Learned
+from axistwin.real.shadow.moves import Moves, Timed
+from axistwin.real.shadow.pairing import Pairing
+from axistwin.real.shadow.talk import Answer, Command, Messages
+from axistwin.real.shadow.twin import STEP_NS, Twin
+
+TOLERANCE_NS = 15 * MS
+AWAKE_NS = 200 * MS  # Time after a request during which the twin is watched step by step.
+SILENT_AFTER = 3  # Missing answers after which the machine counts as switched off.
+BLIND_NS = 50 * MS
+UNHEARD_NS = 300 * MS
+BOOT_S = 2.0
+REMEMBERED_NS = 3 * S
+MOST_HOST = 4096
+STEER = 0.1  # Part of the lateness of an unasked message by which the twin's time follows the machine's.
+TICK_NS = 1 * S
+
+
+class Doubt(NamedTuple):
+    """A pair whose difference is judged a little later, when the twin's motion around it is known."""
+
+    due_ns: int
+    machine: Answer
+    twin: Answer
+    rested: bool
+
+
+class Shadow:
+    """Compares a machine with its twin.  `tell` receives each finding, `timed` each move that both have ended."""
+
+    def __init__(
+        self, twin: Twin, tell: Callable[[Finding], object], learned: Learned | None = None, *,
+        tolerance_ns: int = TOLERANCE_NS, timed: Callable[[Timed], object] = lambda timed: None,
+    ) -> None:  # fmt: skip
+        self.twin, self.dialect = twin, dialect_for(twin)
+        self.findings, self.learned = Findings(tell), learned or Learned()
+        self.moves = Moves(self.learned, tolerance_ns, timed, self._unusual)
+        self.judge = Judge(self.dialect, self.findings, self.learned, self.moves, tolerance_ns)
+        self._pairing = Pairing(self._both, self._alone)
+        twin.owes = lambda: self._pairing.twin.owed
+        size = self.dialect.message_size
+        self._machine, self._ours = Messages(self._machine_says, size), Messages(self._twin_says, size)
+        twin.heard = self._twin_heard
+        self._ahead_ns: int | None = None  # The twin's time minus the time of the arguments.
+        self._doubts: deque[Doubt] = deque(maxlen=256)
+        self._host: deque[tuple[int, bytes]] = deque(maxlen=256)
+        self._missed: list[Answer] = []
+        self._awake_ns = 0
+        self.following = not self.dialect.needs_joining
+        self.moves.trusted = False
+        self.silent_since_ns: int | None = None
+        self._absent = False
+        self._asked_ns: int | None = None  # The time of the last request to a silent machine.
+        self.pairs = self.lost = 0
+
+    # What happens
+
+    def host(self, time_ns: int, data: bytes) -> None:
+        """The host has sent data to the machine."""
+        self.tick(time_ns)
+        if self._absent:
+            self._absent = False
+            self._join(time_ns, b"", b"")
+        if self.silent_since_ns is not None:
+            self._unheard(time_ns, data)
+        self._host.append((time_ns, data[:MOST_HOST]))
+        if self.following:
+            self._follow(time_ns, data)
+
+    def absent(self, time_ns: int) -> None:
+        """Nobody answers at the machine's place on its bus: it is off, until the host sends something to it."""
+        self.tick(time_ns)
+        if not self._absent:
+            self._absent = True
+            self._fall_silent(time_ns)
+
+    def _unheard(self, time_ns: int, data: bytes) -> None:
+        """While the machine is silent, what precedes a request without an answer has not been heard either."""
+        if self._asked_ns is not None and time_ns - self._asked_ns > UNHEARD_NS:
+            self._host.clear()
+            self._asked_ns = None
+        if any(command.answers for command in self.dialect.commands(data)):
+            self._asked_ns = time_ns
+
+    def _follow(self, time_ns: int, data: bytes) -> None:
+        for command in self.dialect.commands(data):
+            self._pairing.ask(time_ns, command, echo=self.dialect.echo)
+            self.judge.heard(command)
+            if command.starts:
+                self.moves.start(command)
+        self.twin.write(data)
+        self._awake_ns = time_ns + AWAKE_NS
+
+    def machine(self, time_ns: int, data: bytes) -> None:
+        """The machine has sent data to the host."""
+        self.tick(time_ns)
+        self._machine.receive(time_ns, data)
+        self._look(time_ns)
+
+    def tick(self, now_ns: int) -> None:
+        """Let the twin catch up, and judge what is due.  To be called at least every second."""
+        if self._ahead_ns is None:
+            self._ahead_ns = self.twin.now - now_ns
+        while (here_ns := self.twin.now - self._ahead_ns) < now_ns:
+            awake = here_ns < self._awake_ns or self.moves.edges[-1][1] or bool(self._doubts)
+            self._run(min(now_ns, here_ns + (STEP_NS if awake else TICK_NS)))
+        self._look(now_ns)
+
+    def _run(self, until_ns: int) -> None:
+        assert self._ahead_ns is not None
+        self.twin.run_to(until_ns + self._ahead_ns)
+        busy, ended_ns = self.twin.busy, None
+        if not busy and self.moves.edges[-1][1]:
+            exact_ns = self.twin.motion_ended_ns
+            ended_ns = None if exact_ns is None else exact_ns - self._ahead_ns
+            if ended_ns is not None and until_ns - ended_ns > 2 * STEP_NS:  # The axis rested; something else went on.
+                ended_ns = None
+        self.moves.twin(until_ns, busy, ended_ns)
+        self._look(until_ns)
+
+    def _look(self, now_ns: int) -> None:
+        self._machine.catch_up(now_ns)
+        self._ours.catch_up(now_ns)
+        self._pairing.pair(now_ns)
+        for doubt in [doubt for doubt in self._doubts if doubt.due_ns <= now_ns]:
+            self._doubts.remove(doubt)
+            self._steadied(self.judge.differing(doubt.machine, doubt.twin, rested=doubt.rested), now_ns)
+        self.judge.tick(now_ns)
+
+    # Answers
+
+    def _machine_says(self, time_ns: int, data: bytes) -> None:
+        host = b"".join(said for when, said in self._host if time_ns - when < REMEMBERED_NS)
+        last = next(reversed(host.splitlines(keepends=True)), b"")
+        if not self.following:
+            if self.dialect.tells(last, data):
+                self._join(time_ns, host if self.dialect.restarted(host, data) else last, data)
+        elif self.dialect.restarted(last, data) and not self._pairing.twin.waiting and not self._twin_initialises():
+            self.note("restart", "the machine has been switched off and on", time_ns)
+            self._join(time_ns, last, data)
+        else:
+            self._pairing.machine.take(time_ns, data)
+
+    def _twin_initialises(self) -> bool:
+        return str(self.twin.controller.registers["state"].read()) != "ready" if self.dialect.needs_joining else False
+
+    def _twin_heard(self, time_ns: int, data: bytes) -> None:
+        if self._ahead_ns is not None:
+            self._ours.receive(time_ns - self._ahead_ns, data)
+
+    def _twin_says(self, time_ns: int, data: bytes) -> None:
+        if self.following:
+            self._pairing.twin.take(time_ns, data, self.twin.speed, self.twin.busy)
+
+    def _both(self, machine: Answer, twin: Answer) -> None:
+        self.pairs += 1
+        self._blame()
+        if machine.asked is None:
+            self._steer(machine.time_ns - twin.time_ns)
+        self.judge.time(machine, twin)
+        if self.judge.agree(machine, twin):
+            return
+        due_ns = max(machine.time_ns, twin.time_ns) + self.judge.wait_ns(machine, twin)
+        self._doubts.append(Doubt(due_ns, machine, twin, self.judge.rested(twin)))
+        self._awake_ns = max(self._awake_ns, due_ns)
+
+    def _steer(self, late_ns: int) -> None:
+        """Messages that nobody has asked for tell how far the machine's clock has drifted from the twin's."""
+        if self._ahead_ns is not None and abs(late_ns) < S:
+            self._ahead_ns -= int(STEER * late_ns)
+
+    def _steadied(self, before: bool, now_ns: int) -> None:
+        """The judge may have let the twin answer privately: its time goes on from here."""
+        if before:
+            self._rebase(now_ns)
+
+    def _rebase(self, now_ns: int) -> None:
+        self._ahead_ns = self.twin.now - now_ns
+
+    def _alone(self, answer: Answer, ours: bool) -> None:
+        """An answer without a partner.  One that the machine owes may mean that it is off."""
+        if not ours:
+            self._blame()
+            self.judge.surplus(answer)
+            return
+        self._missed.append(answer)
+        if len(self._missed) >= SILENT_AFTER:
+            self._fall_silent(self._missed[0].time_ns)
+
+    def _blame(self) -> None:
+        """The machine answers again: what it has not answered before is missing."""
+        for answer in self._missed:
+            self.judge.missing(answer)
+        self._missed.clear()
+
+    # Joining and leaving
+
+    def _fall_silent(self, time_ns: int) -> None:
+        self.silent_since_ns = time_ns
+        self.note("silent", "the machine does not answer: it is switched off, or the cable is open", time_ns)
+        self._missed.clear()
+        self.following, self._asked_ns = False, None
+        self._host.clear()
+        self._forget()
+
+    def _forget(self) -> None:
+        self._pairing.clear()
+        self._doubts.clear()
+        self.dialect.clear()
+        self._ours.clear()
+        self.moves.now = None
+        self.judge.forget()
+
+    def _join(self, time_ns: int, host: bytes, data: bytes) -> None:
+        """Take the machine's state of communication over; this exchange is not compared."""
+        self._forget()
+        self.moves.trusted = self._restart(host, data)
+        if self.silent_since_ns is not None:
+            seconds = (time_ns - self.silent_since_ns) / S
+            self.note("back", f"the machine answers again, after {seconds:.0f} s", time_ns)
+        self.silent_since_ns, self.following = None, True
+        self._rebase(time_ns)
+        busy = self.twin.busy
+        self.moves.edges.append((time_ns, busy))
+
+    def _restart(self, host: bytes, data: bytes) -> bool:
+        if self.dialect.needs_joining:
+            return self.dialect.join(host, data)
+        self.twin.power_cycle()
+        self.twin.bench.run(BOOT_S)
+        self.twin.replay(self._host)
+        return False
+
+    def blind(self, time_ns: int, late_ns: int) -> None:
+        """The relay was late by `late_ns`, now or just before: its times say nothing about the machine."""
+        self.judge.blind(time_ns - 2 * late_ns - BLIND_NS, time_ns + BLIND_NS)
+
+    def rejoin(self, time_ns: int, why: str, subject: str = "rejoin") -> None:
+        """Begin again with a new machine state, e.g. after data that the twin has not received."""
+        self.note(subject, why, time_ns)
+        self._forget()
+        self.following = not self.dialect.needs_joining
+        self._machine.clear()
+        self.moves.trusted = False
+        self._rebase(time_ns)
+
+    # Findings
+
+    def note(self, subject: str, text: str, time_ns: int) -> None:
+        self.findings.add(Kind.NOTE, subject, text, time_ns)
+
+    def _unusual(self, words: str, command: Command, time_ns: int) -> None:
+        name = command.text
+        self.findings.add(Kind.DURATION, name, words, time_ns, section=command.section)

@@ -1,0 +1,158 @@
+"""The twin beside a second bench: what is found, and what is not; in virtual time, without ports."""
+
+import pytest
+
+from axistwin.core.units import MS, S
+from axistwin.real.shadow.findings import Kind
+
+from .campaign import campaign
+
+SOME = (
+    "if1 limit 50 pulses early", "if1 answers 40 ms late", "if1 a lost character", "1811 a stuck output bit",
+    "1811 lost steps, seen by the encoder", "smartmotor a fault bit: overheat",
+)  # fmt: skip
+
+
+def planted(name):
+    return next(plant for plant in campaign.PLANTS if f"{plant.model} {plant.name}" == name)
+
+
+@pytest.mark.parametrize("name", SOME)
+def test_wear_is_found_within_three_occurrences(name):
+    plant = planted(name)
+    before, found = campaign.tried(plant, learning=6)
+    assert before == []
+    assert any(finding.kind in plant.kinds for finding in found), [finding.line() for finding in found]
+
+
+@pytest.mark.slow
+def test_all_thirty_signs_of_wear():
+    assert len(campaign.PLANTS) == campaign.OF
+    assert campaign.plants(seed=1, only="")
+
+
+@pytest.mark.parametrize("model", ["if1", "1811", "smartmotor"])
+def test_ten_minutes_of_ordinary_work_are_no_finding(model):
+    rig, _ = campaign.day(model, hours=1 / 6, seed=3)
+    assert [finding.line() for finding in rig.differences()] == []
+    assert rig.shadow.pairs > 500
+
+
+def ready(**settings):
+    """An IF1 whose host has just initialised it."""
+    rig = campaign.Rig("if1", jitter_ns=0, **settings)
+    assert rig.ask(b"(") == b"U\r"
+    rig.say(b"U61\r")
+    rig.run(1.3)
+    assert rig.ask(b"E\r") == b"C\r"
+    return rig
+
+
+def test_one_surprise_is_one_finding():
+    rig = ready()
+    rig.to_host = lambda data: data.replace(b"C", b"B")
+    for _ in range(5):
+        rig.ask(b"E\r")
+    rig.run(1)
+    (finding,) = rig.differences()
+    assert (finding.kind, finding.section) == (Kind.ANSWER, "Busy status")
+    assert (finding.expected, finding.got) == ("C\\r", "B\\r")
+
+
+def test_a_finding_counts_how_often_it_has_come():
+    rig = ready()
+    for _ in range(3):
+        rig.to_host = lambda data: data.replace(b"C", b"B")
+        rig.ask(b"E\r")
+        rig.to_host = lambda data: data
+        rig.ask(b"E\r")
+    rig.run(1)
+    (finding,) = rig.differences()
+    assert finding.count == 3 and finding.last_ns > finding.time_ns
+
+
+def test_an_input_is_taken_from_the_machine_and_named():
+    rig = ready()
+    rig.controller.pins["input1"].drive(True)
+    assert rig.ask(b"I\r") == b"192\r"  # 200 without bit 8, input 1
+    rig.run(1)
+    assert rig.differences() == []
+    assert [note.text for note in rig.found] == ["the machine says input1 high"]
+    assert rig.shadow.twin.level("input1")
+
+
+def test_an_emergency_stop_is_no_finding():
+    rig = ready()
+    rig.say(b"X4000$\r")
+    rig.run(0.5)
+    rig.controller.pins["estop"].drive(False)
+    rig.run(0.5)
+    assert rig.ask(b"E\r") == b"F\r"
+    assert rig.ask(b"K\r") == b"32\r"
+    rig.ask(b"N\r")
+    rig.run(10)
+    assert rig.differences() == []
+    assert "the machine says emergency stop" in [note.text for note in rig.found]
+
+
+def test_the_shadow_joins_a_machine_that_moves():
+    rig = campaign.Rig("if1", jitter_ns=0)
+    rig.machine.private(b"(", b"U61\r", b"X4000$\r", seconds=1.3)
+    while rig.ask(b"E\r") == b"E\r":
+        rig.run(0.05)
+    rig.ask(b"N\r")
+    rig.ask(b"K\r")
+    rig.run(3)
+    assert rig.differences() == []
+
+
+def test_a_lost_character_of_a_request_is_a_missing_answer():
+    rig = ready()
+    rig.to_machine = lambda data: data[1:]
+    assert rig.ask(b"E\r") == b""
+    rig.to_machine = lambda data: data
+    assert rig.ask(b"E\r") == b"C\r"
+    rig.run(3)
+    assert [finding.text for finding in rig.differences()] == ["E is not answered"]
+
+
+def test_a_machine_that_is_off_is_no_finding():
+    rig = ready()
+    rig.controller.power(False)
+    for _ in range(5):
+        assert rig.ask(b"E\r") == b""
+        rig.run(2)
+    rig.controller.power(True)
+    rig.run(2)
+    assert rig.ask(b"(") == b"U\r"
+    rig.say(b"U61\r")
+    rig.run(1.3)
+    assert rig.ask(b"E\r") == b"C\r"
+    rig.run(3)
+    assert rig.differences() == []
+    assert [note.subject for note in rig.found] == ["silent", "back"]
+
+
+def test_times_of_a_late_relay_are_not_judged():
+    rig = ready()
+    for _ in range(20):
+        rig.ask(b"E\r")
+        rig.run(0.1)
+    rig.delay_ns = 80 * MS
+    for _ in range(3):
+        rig.ask(b"E\r")
+        rig.shadow.blind(rig.now, 100 * MS)
+    rig.run(2)
+    assert rig.differences() == []
+
+
+def test_clocks_drift_apart():
+    """The machine's answers come by a clock of 200 ppm; after an hour of silence the next ones agree."""
+    rig = ready()
+    rig.run(3600 * (1 + 200e-6))
+    rig.say(b"X4000$\r")
+    while rig.ask(b"E\r") == b"E\r":
+        rig.run(0.05)
+    assert rig.ask(b"N\r") == b"4000\r"
+    rig.run(2)
+    assert rig.differences() == [] and rig.now > campaign.EPOCH_NS + 3600 * S
