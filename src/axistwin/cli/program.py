@@ -61,6 +61,7 @@ GROUPS = {
         Command("stand-in", "serving", "Let a legacy host drive real motors through a motion board."),
         Command("boards", "serving", "List the motion boards that are connected."),
         Command("record", "serving", "Record the conversation of a host with a real controller."),
+        Command("shadow", "serving", "A twin beside a real controller says what differs while the machine works."),
         Command("probe", "serving", "Compare a real controller with a virtual one, case by case."),
         Command("rescue", "serving", "Save what a real controller contains, and start a twin."),
         Command("replay", "serving", "Compare a virtual controller with a recording of a real one."),

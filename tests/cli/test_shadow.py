@@ -1,0 +1,99 @@
+"""`axistwin shadow` as a program: a scripted machine, its host, and the twin in a process of its own."""
+
+import json
+import signal
+import socket
+import threading
+from contextlib import contextmanager
+
+import pytest
+
+from ..command import refused, serving
+from ..links.serving import ask, dial
+
+PATIENT = ("--tolerance", "1000000")
+"""No time is a finding: these tests run on loaded machines."""
+
+
+@contextmanager
+def machine(answers):
+    """A controller at a TCP port, which answers each line by this table, in turn; yield its URL."""
+    with socket.create_server(("127.0.0.1", 0)) as server:
+
+        def serve():
+            connection, _ = server.accept()
+            with connection:
+                line = b""
+                while byte := connection.recv(1):
+                    line += byte
+                    if line in answers:
+                        connection.sendall(answers[line].pop(0))
+                    line = b"" if byte in (b"\r", b"(") else line
+
+        thread = threading.Thread(target=serve)
+        thread.start()
+        yield f"tcp://127.0.0.1:{server.getsockname()[1]}"
+    thread.join(60)
+
+
+def healthy(*last):
+    return {b"(": [b"U\r"], b"E\r": [b"C\r", b"C\r", *last], b"F\r": [b"0\r"]}
+
+
+def talked(url, *requests):
+    with dial(url) as host:
+        assert ask(host, b"(", b"U\r") == b"U\r"
+        host.sendall(b"U61\r")
+        return [ask(host, request, b"C\r") for request in requests]
+
+
+def finished(program):
+    program.send_signal(signal.SIGTERM)
+    out, _ = program.communicate()
+    return program.returncode, out
+
+
+QUICK = ("--option", "self_test_s=0.05", "--option", "recalculation_s=0.01")
+
+
+def test_a_machine_that_agrees(tmp_path):
+    log = tmp_path / "table.jsonl"
+    with machine(healthy()) as real:
+        arguments = (real, "--model", "if1", *QUICK, *PATIENT, "--log", log)
+        with serving(*arguments, command="shadow") as (program, [(_, url)]):
+            assert talked(url, b"E\r", b"E\r") == [b"C\r", b"C\r"]
+            code, out = finished(program)
+    assert code == 0 and "2 answers, no findings" in out
+    assert json.loads(log.read_text().splitlines()[-1])["state"] == "agrees"
+
+
+def test_a_machine_that_answers_something_else():
+    with (
+        machine(healthy(b"B\r", b"C\r")) as real,
+        serving(real, "--model", "if1", *QUICK, *PATIENT, command="shadow") as (program, [(_, url)]),
+    ):
+        assert talked(url, b"E\r", b"E\r", b"E\r", b"E\r")[2:] == [b"B\r", b"C\r"]
+        code, out = finished(program)
+    assert code == 1 and "answer: E answers B\\r, the twin C\\r (Busy status)" in out
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        ((), "expected either REAL or --listen"),
+        (("/dev/null",), "expected either --model or --scene"),
+        (("/dev/null", "--model", "if1", "--scene", "x.toml"), "expected either --model or --scene"),
+        (("/dev/null", "--model", "if9"), "no model 'if9'"),
+        (("/dev/null", "--model", "1811"), "expected bus://HOST:PORT"),
+        (("bus://127.0.0.1:1", "--model", "if1"), "expected a serial port"),
+        (("/dev/null", "--model", "if1", "--option", "nonsense=1"), "has no option 'nonsense'"),
+        (("/dev/null", "--model", "if1", "--log", "no/where.jsonl"), "there is no directory no"),
+        (("socket://127.0.0.1:1", "--model", "if1"), "cannot open socket://127.0.0.1:1"),
+        (("bus://127.0.0.1:1", "--model", "1811"), "cannot open bus://127.0.0.1:1"),
+        (("bus://127.0.0.1:1", "--model", "1811", "--port", "tcp://127.0.0.1:0"), "expected e.g. bus://127.0.0.1:1812"),
+        (("--listen", "/dev/none1", "/dev/none2", "--model", "if1"), "cannot open /dev/none1"),
+    ],
+)  # fmt: skip
+def test_wrong_use(arguments, words):
+    code, message = refused("shadow", *arguments)
+    assert code == 2 and words in message
