@@ -17,6 +17,7 @@ from axistwin.cli.common.parameters import FILE, Number, Seconds
 from axistwin.cli.common.target import bench_for
 from axistwin.cli.serving.bench_and_ports import ANY_BUS_PORT, ANY_PORT
 from axistwin.cli.serving.ending import INTERRUPTED, ending
+from axistwin.controllers.registry import texts_of
 from axistwin.core.errors import LinkError, UsageError
 from axistwin.core.units import S
 from axistwin.links.relay import Relay
@@ -78,7 +79,8 @@ def shadow(
     logging.basicConfig(format="axistwin: %(message)s", level=logging.INFO)
     settings = {
         "model": made, "scene": None if scene is None else str(scene), "options": options, "line": line,
-        "tolerance_ms": tolerance, "log": None if log_file is None else str(log_file), "json": as_json,
+        "devices": texts_of([made]), "tolerance_ms": tolerance,
+        "log": None if log_file is None else str(log_file), "json": as_json,
     }  # fmt: skip
     return asyncio.run(_run(real, made, ports, listen, fmt, settings, duration))
 

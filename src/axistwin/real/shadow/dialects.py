@@ -112,9 +112,7 @@ def number(data: bytes) -> int | None:
 
 
 def dialect_for(twin: Twin) -> Dialect:
-    from axistwin.bench import FAMILIES
-
-    family = FAMILIES.get(twin.controller.product.model, "")
+    family = twin.controller.product.family
     if family == "digiplan":
         from axistwin.real.shadow.digiplan import Digiplan
 

@@ -171,7 +171,7 @@ class Judge:
         """Both have stopped at the limit switch where the twin expected it."""
         twin = self._dialect.twin
         switch = self._switches.get(twin.busiest()) if self._begun and self._switches else None
-        if switch is not None and not twin.busy and self._open(twin.busiest()[1]):
+        if switch is not None and not twin.busy and twin.at_limit(*twin.busiest()):
             switch.stops += 1
             self._begun = False
 
@@ -379,7 +379,7 @@ class Judge:
         twin = self._dialect.twin
         axis, direction = twin.busiest()
         switch = self._switches.get((axis, direction))
-        if switch is None or not self._open(direction):
+        if switch is None or not twin.at_limit(axis, direction):
             return False
         reading = self._read(command, machine)
         if not first or reading.encoder or abs(by) <= SWITCH_GRAIN:
@@ -391,11 +391,6 @@ class Judge:
             words = f"the limit {axis}{side} opens {abs(by)} pulses {when}"
             self._add(Kind.COUNT, command, f"limit {axis}{direction:+d}", words, machine.time_ns)
         return True
-
-    def _open(self, direction: int) -> bool:
-        product = self._dialect.twin.controller.product
-        pins = product.limit_pins
-        return pins is not None and self._dialect.twin.level(pins[direction > 0]) is not product.closed_level
 
     def _place(self, axis: str, direction: int, position: int) -> None:
         self._switches[axis, direction] = Switch(position)

@@ -106,7 +106,9 @@ class Observer:
 def _bench(settings: dict[str, Any]) -> Any:
     from axistwin.bench import Bench, product
     from axistwin.bench.options import read_options
+    from axistwin.devices.loading import load_texts
 
+    load_texts(settings["devices"])
     if settings["scene"]:
         from axistwin.scenes.scene import Scene
 
@@ -115,9 +117,8 @@ def _bench(settings: dict[str, Any]) -> Any:
         bench = Bench()
         options = read_options(tuple(settings["options"]))
         made = product(settings["model"])
-        if made.limit_pins:  # The machine has limit switches; where they are, its answers will tell.
-            for axis in made.axes:
-                options[axis] = {"limits": (-FAR, FAR), **options.get(axis, {})}
+        for axis in made.limit_pins:  # The machine has limit switches; where they are, its answers will tell.
+            options[axis] = {"limits": (-FAR, FAR), **options.get(axis, {})}
         bench.add(settings["model"], history=HISTORY, line=settings["line"], **options)
     bench.run(2.0)
     return bench

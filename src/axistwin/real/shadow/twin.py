@@ -146,9 +146,15 @@ class Twin:
     def position(self, axis: str) -> int:
         return self.controller.axes[axis].position
 
+    def at_limit(self, axis: str, direction: int) -> bool:
+        """True while the limit switch on this side is open."""
+        product = self.controller.product
+        pins = product.limit_pins.get(axis)
+        return pins is not None and self.level(pins[direction > 0]) is not product.closed_level
+
     def set_limit(self, axis: str, direction: int, position: int) -> None:
         """Let the twin's limit switch open beyond this position, where the machine's has opened."""
-        pins = self.controller.product.limit_pins
+        pins = self.controller.product.limit_pins.get(axis)
         if pins is None:
             return
         pin, closed = pins[direction > 0], self.controller.product.closed_level
