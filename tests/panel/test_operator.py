@@ -6,9 +6,10 @@ from axistwin import Session
 from axistwin.core.errors import SceneError
 from axistwin.scenes.reasons.remedies import ByHand
 from axistwin.scenes.scene import Scene
+from axistwin.scenes.tables import ButtonTable
 from axistwin.ui.panel.context import Common, Context
 from axistwin.ui.panel.people import People
-from axistwin.ui.panel.views.operator import operator
+from axistwin.ui.panel.views.operator import is_stop, operator
 from axistwin.ui.teaching.tutor import Tutor
 
 from .showing import shown
@@ -59,6 +60,15 @@ def test_a_button_is_pressed_while_it_is_held_and_a_latching_one_until_the_next_
     visit.press("operator-Stop")
     assert pins["estop"].level and visit.pressed("operator-Stop") == []
     assert len([act for moment in context.session.journal for act in moment.acts]) == 6
+
+
+@shown(operator)
+def test_an_emergency_stop_is_a_mushroom_and_a_start_button_is_white(visit, context):
+    assert [name for name in ("Start", "Stop") if "stop" in visit.found(f"operator-{name}").classes] == ["Stop"]
+    start, stop = context.session.operator.button
+    assert is_stop(stop) and not is_stop(start)
+    assert is_stop(ButtonTable(name="Emergency stop", pin="cell.input3", latching=True))
+    assert not is_stop(ButtonTable(name="Stop the feed", pin="cell.input3", latching=True))
 
 
 @shown(operator)

@@ -10,14 +10,17 @@ from axistwin import Bench, tracing
 from axistwin.core.errors import UsageError
 from axistwin.core.units import MS, S
 from axistwin.records.traces.reading import read
-from axistwin.records.traces.signals import COUNT, LEVEL
+from axistwin.records.traces.signals import COUNT, LEVEL, catalogue
 from axistwin.ui.panel.scope.cursors import between, duration, nearest_edge, next_edge, rate, value_at
 from axistwin.ui.panel.scope.frames import FULL, TOP, frame
+from axistwin.ui.panel.scope.meaning import meanings
 from axistwin.ui.panel.scope.recorder import MOST_SIGNALS, Recorder
 from axistwin.ui.panel.scope.saving import saved
 from axistwin.ui.panel.scope.screen import Screen, first_choice, searched
 from axistwin.ui.panel.scope.tracks import Track
 from axistwin.ui.panel.scope.triggers import AUTO, DOWN, EITHER, NORMAL, SINGLE, UP, Trigger
+
+from ..benches import bench_of
 
 SIGNALS = ("if1.input1", "if1.X.pulses", "if1.X.velocity", "if1.controller_says")
 
@@ -385,6 +388,46 @@ def test_short_times_long_after_the_beginning_have_short_numbers(bench, recorder
     sent = frame(screen)
     assert sent["axis"].startswith("µs after 36003.")
     assert sent["to"] - sent["from"] == pytest.approx(20) and abs(sent["to"]) < 10_000
+
+
+def test_a_flat_lane_is_folded_beside_others_until_it_changes_or_the_user_unfolds_it(bench, recorder, screen):
+    screen.show(("if1.X.pulses", "if1.input1", "if1.input2"))
+    assert screen.folded_now == frozenset(), "all are flat"
+    pulse(bench)
+    recorder.catch_up()
+    assert screen.folded_now == {"if1.X.pulses", "if1.input2"}
+    screen.folded["if1.input2"] = False
+    assert screen.folded_now == {"if1.X.pulses"}
+    move(bench)
+    recorder.catch_up()
+    screen.folded["if1.input1"] = True
+    assert screen.folded_now == {"if1.input1"}
+    screen.lanes = False
+    assert screen.folded_now == frozenset()
+
+
+def test_an_emergency_stop_and_a_fault_are_marked_across_all_lanes(bench, recorder, screen):
+    screen.span_ns = 10 * S
+    at_ns = bench.now
+    bench["if1"].pins["estop"].drive(False)
+    bench.run(0.5)
+    bench.faults.add("stuck", "if1.input1", name="glue", level=True)
+    bench.run(0.1)
+    recorder.catch_up()
+    told = [what for _, what in frame(screen)["alarms"]]
+    assert told == [f"emergency stop, {at_ns / S:.3f} s", f"fault glue, {at_ns / S + 0.5:.3f} s"]
+
+
+def test_a_signal_has_the_name_the_note_and_the_unit_of_the_machine():
+    bench = bench_of("if1", X={"units": {"per": 80, "of": "mm"}})()
+    bench.wires.append(("if1.output1", "if1.input1"))
+    found = meanings(bench, catalogue(bench), {"if1.input2": "Start"})
+    names = ("if1.X.pulses", "if1.X.velocity", "if1.output1", "if1.input2", "if1.host_says", "if1.controller_says")
+    assert [(found[name].title, found[name].note) for name in names] == [
+        ("X position", ""), ("X velocity", ""), ("Output 1", "to input 1"), ("Input 2", "Start"), ("Host", ""),
+        ("IF1", ""),
+    ]  # fmt: skip
+    assert (found["if1.X.velocity"].shown_unit, found["if1.X.velocity"].number(-4000)) == ("mm/s", "\u221250.00")
 
 
 # Saving

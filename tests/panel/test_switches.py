@@ -1,7 +1,10 @@
 """Switches and lamps on the drawing of a machine."""
 
+import re
+
 import pytest
 
+from axistwin.ui.drawings.switches import Switches
 from axistwin.ui.panel.views.machines import machines
 
 from .showing import bench_of, show, shown
@@ -92,3 +95,30 @@ def test_only_the_driver_presses_switches_and_only_those_of_the_drawing(visit):
     visit.trigger("switches if1", "act", "input1")
     assert not any(pin.driven for pin in visit.bench["if1"].pins.values())
     assert "drives: press Drive to take over" in visit.messages[-1]
+
+
+def wired():
+    bench = bench_of("if1", "1811")()
+    bench.wires += [("if1.output1", "if1.input2"), ("1811.output2", "if1.input3")]
+    return bench
+
+
+def test_wired_and_named_terminals_come_first_and_the_others_are_folded():
+    board = Switches(wired()["if1"], lambda pin, level: None, {"input1": "Start"})
+    first, _, rest = board.drawing.art.partition("<details")
+    assert re.findall(r'data-part="(?:switch|lamp)-(\w+)-word"', first) == ["input1", "input2", "input3", "output1"]
+    for words in ('Input 1 <span class="quiet">Start', "from output 1", "from 1811 output 2", "to input 2"):
+        assert words in first
+    folded = re.findall(r'data-part="(?:switch|lamp)-(\w+)-word"', rest)
+    assert f"{len(folded)} unused" in rest and "estop" in folded
+
+
+def test_the_input_that_a_user_must_change_is_marked():
+    controller = wired()["if1"]
+    board = Switches(controller, lambda pin, level: None)
+    shown = board.drawing.shown
+    for wanted in ("input1", "input2", "nothing"):
+        board.show(controller, wanted)
+        assert [name for name in ("input1", "input2") if shown.get((f"switch-{name}", ".wanted"))] == (
+            [wanted] if wanted != "nothing" else []
+        )

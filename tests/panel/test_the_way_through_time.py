@@ -8,7 +8,7 @@ from axistwin.ui.panel.context import Common, Context, together
 from axistwin.ui.panel.people import People
 from axistwin.ui.panel.views.darkness import MODES
 from axistwin.ui.panel.views.driving import driving as header
-from axistwin.ui.panel.views.state import next_line
+from axistwin.ui.panel.views.state import MOST_BUTTONS, SELDOM, next_line
 
 from .showing import shown
 
@@ -80,7 +80,8 @@ async def test_planned_actions_are_shown_and_gone_to_until_the_scene_has_finishe
     visit.press("go-planned")
     await arrived(visit, 36_000.5)
     await visit.until(lambda: session.running)
-    visit.frame()
+    for _ in range(SELDOM):
+        visit.frame()
     assert not visit.bench["gate"].powered
     assert text(visit, "planned") == "" and not seen(visit, "go-planned")
     assert text(visit, "state") == "Power off", "which holds the machine, although the scene has ended"
@@ -128,3 +129,25 @@ def test_the_colours_are_selected_in_turn_and_kept_for_the_user(visit):
     assert found == ["Colours: as the system", "Colours: dark", "Colours: light"]
     visit.press("darkness")
     assert visit.context.person.settings["dark"] is True
+
+
+def offered(visit):
+    return [text(visit, f"act-{place}") for place in range(MOST_BUTTONS) if seen(visit, f"act-{place}")]
+
+
+@shown(driving, "if1", after=1.5)
+async def test_the_next_line_offers_what_to_do_and_does_it(visit):
+    session = visit.context.session
+    visit.press("run")
+    for _ in range(SELDOM):
+        visit.frame()
+    assert text(visit, "state") == "Waiting for a command" and offered(visit) == ["Initialise", "Lessons"]
+    visit.press("act-0")
+    await visit.until(lambda: visit.bench["if1"].registers["state"].read() == "ready" and not session.busy)
+    session.pause()
+    session.do("if1", "estop", "low")
+    visit.frame()
+    assert text(visit, "state") == "Stopped: emergency stop pressed (paused)"
+    assert offered(visit)[0] == "Release estop" and "unelevated" in visit.found("act-0").props
+    visit.press("act-0")
+    await visit.until(lambda: visit.bench["if1"].pins["estop"].level)
