@@ -4,6 +4,7 @@ import os
 import sys
 from io import BytesIO
 from pathlib import Path
+from shutil import which
 
 from PIL import Image
 from playwright.sync_api import sync_playwright
@@ -11,21 +12,21 @@ from playwright.sync_api import sync_playwright
 ROOT = Path(__file__).resolve().parents[3]
 sys.path.insert(0, str(ROOT / "tests" / "panel"))
 
-from browser.conftest import FLAGS, Visit, _shown  # noqa: E402
+from browser.conftest import BROWSERS, FLAGS, Visit, _shown  # noqa: E402
 from browser.using import Panel  # noqa: E402
 
 IMAGES = ROOT / "docs" / "images"
+SIZE = {"width": 1440, "height": 900}
 
 
 def main():
     with sync_playwright() as playwright:
         playwright.selectors.set_test_id_attribute("data-test")
-        browser = playwright.chromium.launch(executable_path="/usr/bin/chromium", args=FLAGS)
+        browser = playwright.chromium.launch(executable_path=next(filter(None, map(which, BROWSERS))), args=FLAGS)
         for take in (drill, cut_to_length):
             name = take.__name__.replace("_", "-")
             with _shown(f"examples/{name}/scene.toml", Path(os.devnull)) as address:
-                visit = Visit(browser, address, {"width": 1280, "height": 1000})
-                visit.page.get_by_text("you drive").wait_for()
+                visit = Visit(browser, address, SIZE)
                 take(Panel(name, visit))
                 visit.context.close()
         browser.close()
@@ -36,26 +37,18 @@ def drill(panel):
     panel.begin()
     panel.run_until("table.Y passes 1000")
     panel.run_until("table.output1 rises")
-    signals(panel, "table.X.velocity, table.Y.velocity, table.output1, table.input1, table.output4")
     move_on(panel, "table.X passes 5000")
-    keep(panel, "panel-drill", 1563)
-    keep(panel, "panel", 830)
+    keep(panel, "panel-drill")
 
 
 def cut_to_length(panel):
     """Run the cut-to-length example to the middle of a feed."""
     panel.begin()
-    panel.tab("feeder", "Terminal")
     panel.tab("knife", "Program")
+    panel.signals("feeder.X.velocity, knife.shaft.position, knife.D")
     panel.run_until("feeder.X passes 2000")
-    signals(panel, "feeder.X.velocity, knife.shaft.position")
     move_on(panel, "feeder.X passes 4300")
-    keep(panel, "panel-cut-to-length", 2390)
-
-
-def signals(panel, names):
-    panel.say(panel.region("oscilloscope").get_by_test_id("scope-signals"), names)
-    panel.page.mouse.move(0, 0)
+    keep(panel, "panel-cut-to-length")
 
 
 def move_on(panel, sentence):
@@ -63,12 +56,14 @@ def move_on(panel, sentence):
     panel.speed("1")
     panel.run_until(sentence)
     panel.page.get_by_role("alert").first.wait_for(state="hidden")
-    panel.page.evaluate("scrollTo(0, 0)")
+    panel.page.get_by_role("button", name="Undo").wait_for(state="hidden")
+    panel.page.add_style_tag(content=".late { display: none; }")  # It is the computer of the pictures that is late.
+    panel.page.mouse.move(0, 0)
 
 
-def keep(panel, name, height):
-    """Save a screenshot of the upper part of the page with few colours."""
-    data = panel.page.screenshot(full_page=True, clip={"x": 0, "y": 0, "width": 1280, "height": height})
+def keep(panel, name):
+    """Save a screenshot of the page with few colours."""
+    data = panel.page.screenshot()
     Image.open(BytesIO(data)).quantize(256).save(IMAGES / f"{name}.png", optimize=True)
 
 
