@@ -1,4 +1,4 @@
-"""The example devices, moved by a driver of a few texts: pulses, distances and reported positions agree."""
+"""Example devices without a driver, given one here: pulses, distances and reported positions agree."""
 
 from struct import pack, unpack
 
@@ -9,20 +9,6 @@ from axistwin.drivers import TextDriver
 from axistwin.testing import device_checks
 
 from .made import example
-
-
-class Esp300(example("esp300", "Esp300")):
-    """Positions in units of 0.001 mm a count; without motor power nothing moves."""
-
-    model = "driven-esp300"
-    driver = TextDriver(
-        move="{axis}PA{position:.4f}",
-        stop="{axis}ST",
-        position="{axis}TP?",
-        busy="{axis}MD?",
-        begin="{axis}MO",
-        counts=1000,
-    )
 
 
 class MDrive(example("mdrive", "MDrive")):
@@ -55,7 +41,7 @@ class Tmcl(example("tmcl", "Tmcl")):
     )  # fmt: skip
 
 
-@pytest.mark.parametrize("kind", [Esp300, MDrive, Tmcl])
+@pytest.mark.parametrize("kind", [MDrive, Tmcl])
 def test_pulses_are_the_distance_commanded(kind):
     (check,) = (each.values[0] for each in device_checks(kind) if each.id == "distance")
     check()
