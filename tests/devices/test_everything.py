@@ -28,6 +28,7 @@ from axistwin.ui.playground.playground import Playground
 
 from ..benches import bench_of
 from ..command import Finished, ended, listening, refused, run, running
+from ..editor.lsp_client import Client
 from ..integrations.test_motor_record import run as run_record
 from ..panel.showing import driver_of, show_to, stage
 from ..sessions.driving import drive
@@ -419,6 +420,17 @@ def test_an_editor_knows_the_commands_and_the_model():
     hover = talk.hover(["; model: stage", "> 1PA500\\r"], 2, 4)
     assert hover.text.startswith("**<axis>PA<position>** move absolute") and "Absolute move" in hover.text
     assert "stage" in [item.label for item in Scenes().complete(["[[controller]]", 'model = "'], 2, 9)]
+
+
+def test_the_language_server_checks_programs_and_scenes():
+    pytest.importorskip("pygls", reason="the extra [lsp] is not installed")
+    with Client("--device", str(Path("stage.py").absolute())) as client:
+        (found,) = client.open("file:///bench/move.talk", TALK.replace("1PA500", "1PA900000"))
+        assert (found["code"], found["range"]["start"]) == ("DV102", {"line": 1, "character": 5})
+        scene = Path("scene.toml").absolute().as_uri()
+        assert client.open(scene, SCENE) == []
+        (found,) = client.open("file:///bench/other.toml", '[[controller]]\nmodel = "other"\n')
+        assert found["code"] == "SC110"
 
 
 # What cannot work says so in one line

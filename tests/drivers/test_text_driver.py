@@ -9,6 +9,7 @@ from axistwin import Bench
 from axistwin.core.errors import UsageError
 from axistwin.devices import Device, Lines, Option
 from axistwin.drivers import DriverError, RefusedError, SilentError, TextDriver, WrongAnswerError, connect, make
+from axistwin.drivers.if1 import IF1
 from axistwin.drivers.steps import Read, Write
 from axistwin.real.integrations import driver_inside
 
@@ -101,6 +102,11 @@ def test_lines_begin_with_the_address_of_the_device():
     bench = Bench()
     bench.add(Addressed, number=4)
     assert driver_inside(bench, "addressed").core.driver.address == "@4"
+
+
+def test_a_device_may_have_a_protocol_core_of_its_own():
+    made = make(type("Own", (Module,), {"model": "own", "driver": IF1}), {"start_stop": 200})
+    assert isinstance(made, IF1) and list(made.axes) == ["X", "Y", "Z"]
 
 
 def test_what_goes_wrong_says_what_to_do():

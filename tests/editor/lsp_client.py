@@ -11,8 +11,8 @@ ROOT = Path(__file__).parents[2]
 
 
 class Client:
-    def __init__(self) -> None:
-        command = [sys.executable, "-c", "from axistwin.cli.program import main; main(['lsp'])"]
+    def __init__(self, *before: str) -> None:
+        command = [sys.executable, "-c", f"from axistwin.cli.program import main; main({[*before, 'lsp']})"]
         self.process = subprocess.Popen(
             command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL,
             env={"PYTHONPATH": str(ROOT / "src"), "PATH": ""},
