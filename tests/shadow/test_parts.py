@@ -17,6 +17,8 @@ from axistwin.real.shadow.moves import Timed
 from axistwin.real.shadow.pairing import Pairing
 from axistwin.real.shadow.talk import Command, Messages
 
+from ..command import refused, run
+
 
 def cut(*received, size=0):
     found = []
@@ -85,6 +87,13 @@ def test_intervals_are_learnt_by_what_they_have_in_common():
         usual.add(0, low, high, 10)
     assert usual.median == 5  # between 0 and 10
     assert usual.beyond(-10, 30) == 0 and usual.beyond(25, 65) == 20
+
+
+def test_an_interval_that_says_nothing_is_no_drift():
+    usual = Usual(5)
+    moves = [(-1, 598), (-1, 597), (-2, 596), (-1, 598), (0, 597), (-596, 1), (-1, 598), (-597, 0), (-1, 597)]
+    assert not any(usual.add(0, low, high, 10) for low, high in moves)
+    assert usual.median == 0.5 and abs(usual.drift) < 1
 
 
 def test_a_slow_drift_is_found_and_has_a_trend():
@@ -221,3 +230,22 @@ def test_a_restart_goes_on_with_what_was_learnt(tmp_path):
     assert Log(tmp_path / "table.jsonl", pytest.fail).learned().usual("late E", 1).median == 7
     (tmp_path / "table.jsonl.learned.json").write_text("[1")
     assert Log(tmp_path / "table.jsonl", pytest.fail).learned().as_dict() == {}
+
+
+def test_the_log_is_drawn(tmp_path):
+    pytest.importorskip("matplotlib")
+    log = Log(tmp_path / "table.jsonl", pytest.fail)
+    for hour in range(4):
+        log.timed(timed(3600 * hour))
+    log.write_hour()
+    log.add("finding", time="1970-01-01T02:00:00.000Z", text="")
+    assert run("plot", tmp_path / "table.jsonl", "-o", tmp_path / "day.svg").code == 0
+    assert "later than the twin" in (tmp_path / "day.svg").read_text()
+
+
+def test_a_log_that_cannot_be_drawn(tmp_path):
+    empty, wrong = tmp_path / "empty.jsonl", tmp_path / "wrong.jsonl"
+    empty.write_text("")
+    wrong.write_text('{"type": "note"}\nX')
+    assert "empty.jsonl contains no moves: they are written every hour" in refused("plot", empty)[1]
+    assert "wrong.jsonl:2: expected a line of JSON" in refused("plot", wrong)[1]

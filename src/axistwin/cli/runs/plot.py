@@ -1,5 +1,6 @@
 """`axistwin plot`: draw a trace or a run."""
 
+from collections.abc import Callable
 from pathlib import Path
 
 import click
@@ -30,7 +31,8 @@ def plot(
     """Draw a trace: positions, velocities, pins, registers and messages on one time axis.
 
     TRACE is a file written by `--trace`: .csv, .vcd or .parquet.  Results of `axistwin sweep` are drawn as histograms,
-    scatter plots and heat maps; a study of `axistwin tune` (.db) as its trials and its best values.
+    scatter plots and heat maps; a study of `axistwin tune` (.db) as its trials and its best values; a log of
+    `axistwin shadow` (.jsonl) as durations and drift.
 
     \b
     Examples:
@@ -51,15 +53,12 @@ def plot(
         check_suffix(path)
     given = {"--show": on_screen, "--signals": signals, "--from": since is not None, "--to": until is not None}
     option = next((name for name, is_given in given.items() if is_given), None)
-    is_sweep = trace.suffix == ".parquet" and trace.is_file() and _is_sweep(trace)
-    if is_sweep or trace.suffix == ".db":
+    if results := _results(trace):
         if option:
-            raise UsageError(
-                f"cannot use the option {option} for {trace}: "
-                f"expected only --out or --title for results of 'axistwin {'sweep' if is_sweep else 'tune'}'"
-            )
+            expected = f"expected only --out or --title for results of '{results[0]}'"
+            raise UsageError(f"cannot use the option {option} for {trace}: {expected}")
         assert path is not None, "nothing is shown on the screen"
-        (_plot_sweep if is_sweep else _plot_study)(trace, path, trace.name if title is None else title)
+        results[1](trace, path, trace.name if title is None else title)
         click.echo(f"axistwin: {path}", err=True)
         return 0
     with working(f"reading {trace.name}"):
@@ -80,6 +79,16 @@ def plot(
     return 0
 
 
+def _results(trace: Path) -> tuple[str, Callable[[Path, Path, str], None]] | None:
+    """Return the command that has written other results than a trace, and the function that draws them."""
+    if trace.suffix == ".jsonl":
+        return "axistwin shadow", _plot_shadow
+    if trace.suffix == ".db":
+        return "axistwin tune", _plot_study
+    is_sweep = trace.suffix == ".parquet" and trace.is_file() and _is_sweep(trace)
+    return ("axistwin sweep", _plot_sweep) if is_sweep else None
+
+
 def _is_sweep(trace: Path) -> bool:
     from axistwin.records.traces.parquet import require_pyarrow
     from axistwin.sweeps import is_sweep
@@ -93,6 +102,12 @@ def _plot_sweep(results: Path, path: Path, title: str) -> None:
 
     table = journal.read(results)
     pictures.save(table, journal.plan_of(table), path, title)
+
+
+def _plot_shadow(log: Path, path: Path, title: str) -> None:
+    from axistwin.real.shadow import picture
+
+    picture.save(log, path, title)
 
 
 def _plot_study(study: Path, path: Path, title: str) -> None:

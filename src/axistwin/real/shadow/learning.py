@@ -38,7 +38,7 @@ class Usual:
         It differs if two of the last three samples, or the weighted mean, are outside the tolerance.
         """
         self.count += 1
-        middle = (low + high) / 2
+        middle, nearest = (low + high) / 2, max(low, min(high, self.mean))  # A wide interval says nothing.
         if not self.learnt or self.count == self.learns:
             self.first.append(middle)
             self.span = max(self.span[0], low), min(self.span[1], high)
@@ -48,7 +48,7 @@ class Usual:
             self.span = max(self.span[0], low), min(self.span[1], high)
             self._centre()
         deviation = self.beyond(low, high)
-        self.mean += WEIGHT * max(-2 * tolerance, min(2 * tolerance, middle - self.mean))
+        self.mean += WEIGHT * max(-2 * tolerance, min(2 * tolerance, nearest - self.mean))
         self._day(time_ns)
         self.outside = [*self.outside, abs(deviation) > tolerance][-LAST:]
         return (self.outside[-1] and sum(self.outside) > 1) or abs(self.drift) > tolerance
@@ -69,7 +69,8 @@ class Usual:
 
     def _centre(self) -> None:
         low, high = self.span
-        self.median, self.spread = (low + high) / 2, (high - low) / 8
+        self.median = self.mean = (low + high) / 2
+        self.spread = (high - low) / 8
 
     @property
     def drift(self) -> float:

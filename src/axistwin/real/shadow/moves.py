@@ -173,7 +173,9 @@ class Moves:
         count = len(self._pooled)
         by_ns = sum(off for off, _ in self._pooled) / count
         noise_ns = sqrt(sum(variance for _, variance in self._pooled)) / count
-        if count == POOLED and abs(by_ns) > max(SIGMAS * noise_ns, self._tolerance_ns / 2):
+        # A host that polls at a fixed pace after its command sees every move in the same phase.
+        phase_ns = sqrt(sum(variance for _, variance in self._pooled) * 3 / count)
+        if count == POOLED and abs(by_ns) > max(SIGMAS * noise_ns, self._tolerance_ns / 2, phase_ns):
             how = "longer" if by_ns > 0 else "shorter"
             words = f"moves take {abs(by_ns) / MS:.0f} ms {how} than usual, the mean of the last {POOLED}"
             self._differs(words, EVERY._replace(section=timed.command.section), timed.began_ns + timed.duration_ns)
