@@ -9,6 +9,7 @@ Durations are whole nanoseconds, so that many changes of target do not make the 
 """
 
 from fractions import Fraction
+from functools import lru_cache
 from math import isqrt
 from typing import NamedTuple
 
@@ -20,7 +21,8 @@ FINE = 1000  # Rates are multiples of a thousandth.
 LEAST = Fraction(1, FINE)
 
 
-def ramp(start: Fraction, end: Fraction, acceleration: Fraction) -> list[Segment]:
+@lru_cache(maxsize=256)
+def ramp(start: Fraction, end: Fraction, acceleration: Fraction) -> tuple[Segment, ...]:
     """Return a ramp between two rates in pulses/s, with a constant acceleration above 0 in pulses/s²."""
     change, sign = abs(end - start), 1 if end > start else -1
     interval = _interval(change, acceleration)
@@ -28,7 +30,8 @@ def ramp(start: Fraction, end: Fraction, acceleration: Fraction) -> list[Segment
     count = change // step
     levels = [Segment(start + sign * step * Fraction(2 * k + 1, 2), Fraction(interval, S)) for k in range(count)]
     rest_ns = (change - count * step) * S // acceleration
-    return [*levels, Segment(end - sign * (change - count * step) / 2, Fraction(rest_ns, S))] if rest_ns else levels
+    last = [Segment(end - sign * (change - count * step) / 2, Fraction(rest_ns, S))] if rest_ns else []
+    return (*levels, *last)
 
 
 class Limits(NamedTuple):
@@ -63,14 +66,14 @@ class Limits(NamedTuple):
             peak = top
         elif peak < start:
             peak = start
-        segments, stop = ramp(start, peak, up if peak >= start else down), ramp(peak, end, down)
-        rest = max(distance - _pulses(segments) - _pulses(stop), Fraction(0))
-        return [*segments, Segment(peak, Fraction(-(-rest * S // peak), S)), *stop]
+        begin, stop = (start, peak, up if peak >= start else down), (peak, end, down)
+        rest = max(distance - _pulses(*begin) - _pulses(*stop), Fraction(0))
+        return [*ramp(*begin), Segment(peak, Fraction(-(-rest * S // peak), S)), *ramp(*stop)]
 
     def to_rate(self, rate: Fraction, wanted: Fraction) -> list[Segment]:
         """Return a ramp from `rate` to the rate `wanted`, which then lasts; 0 ends at rest."""
         if not wanted:
-            return ramp(rate, min(self.start, rate), max(self.down or self.up, LEAST))
+            return list(ramp(rate, min(self.start, rate), max(self.down or self.up, LEAST)))
         begin = max(rate, min(self.start, wanted))
         acceleration = max(self.up if wanted >= begin else self.down or self.up, LEAST)
         return [*ramp(begin, wanted, acceleration), Segment(wanted, None)]
@@ -81,8 +84,10 @@ def _interval(change: Fraction, acceleration: Fraction) -> int:
     return int(MS * max(1, -(-change * S // (acceleration * MS * MOST_STEPS))))
 
 
-def _pulses(segments: list[Segment]) -> Fraction:
-    return sum((segment.rate * (segment.seconds or 0) for segment in segments), Fraction(0))
+@lru_cache(maxsize=256)
+def _pulses(start: Fraction, end: Fraction, acceleration: Fraction) -> Fraction:
+    """Return the pulses that a ramp makes."""
+    return sum((step.rate * (step.seconds or 0) for step in ramp(start, end, acceleration)), Fraction(0))
 
 
 def _ramp_distance(rate: Fraction, end: Fraction, deceleration: Fraction) -> Fraction:
