@@ -109,7 +109,7 @@ class MDrive(Device):
         self.save()
 
     @command("{axis}", section="party mode")
-    def attention(self) -> None: ...
+    def attention(self, axis: str) -> None: ...
 
     @command("{axis}{word:MA|MR|SL} {value:text}", section="MA, MR, SL")
     def move(self, axis: str, word: str, value: str) -> None:

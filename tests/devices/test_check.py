@@ -4,7 +4,7 @@ import pytest
 
 from axistwin.bench.models import product
 from axistwin.controllers.diagnostics import Diagnostic
-from axistwin.devices import Device, Lines, checking, command, query
+from axistwin.devices import Device, Lines, Option, checking, command, query
 from axistwin.scenes.diagnostics import codes
 from axistwin.scenes.diagnostics import fix as check_fix
 from axistwin.scenes.diagnostics.checking import diagnose_text
@@ -59,11 +59,45 @@ class Several(Device):
 
 
 def test_parts_of_a_line_have_their_own_places():
-    """Characters that are ignored, and the address, are no part of a request; other addresses are not checked."""
+    """Characters that are ignored, and the address, are no part of a request."""
     assert told("> @3get;SET 2;PUT\\r\\n@4PUT\\r\\n", Several) == [
         "1:13-14: value 2.0: expected value 0.0…1.0 (4.2) DV102",
         "1:15-18: unknown command 'PUT': `axistwin commands several` lists all (Commands) DV101",
+        f"1:22-27: {OTHER % '@3'} DV105",
     ]
+
+
+class Bus(Stage):
+    model, framing = "bus", Lines(b"\r", address="#{address:02d}")
+    options = {**Stage.options, "address": Option(1, 1, 32)}
+
+
+OTHER = "this unit reads only what begins with '%s': begin with it, or leave it to the unit it is for (Framing)"
+
+
+def test_a_line_for_another_unit_or_without_an_address():
+    assert told("> #011TP\\r\n> #021TP\\r1TP\\r\\r", Bus) == [
+        f"2:3-9: {OTHER % '#01'} DV105", f"2:11-14: {OTHER % '#01'} DV105",
+    ]  # fmt: skip
+    other = product(Bus).with_options({"address": 2})
+    assert [one.code for one in diagnose_text("> #021TP\\r#011TP\\r", ".talk", other)] == ["DV105"]
+    assert product(Bus).with_options({"address": "two"}).check([]) == []
+
+
+def test_a_line_without_its_end_that_another_one_follows():
+    assert told("> 1TP\n> 2TP\\r\n> 1PA10\n> 1TP\\r\n> 1PA\n> 5\\r") == [
+        "1:3-6: the end of the request is missing: expected \\r (Framing) DV104",
+        "3:3-8: the end of the request is missing: expected \\r (Framing) DV104",
+    ]
+
+
+def test_a_value_in_the_wrong_form_is_marked():
+    assert told("> 1PA1.5\\r7PA1\\r1PA\\r") == [
+        "1:6-9: position '1.5': expected a whole number (Absolute move) DV102",
+        "1:11-12: axis '7': expected 1 or 2 (Absolute move) DV102",
+        "1:17-20: position '': expected a whole number (Absolute move) DV102",
+    ]
+    assert told("> #01\\r", Bus) == ["1:3-6: unknown command '': `axistwin commands bus` lists all (Commands) DV101"]
 
 
 def test_datagrams():
@@ -74,7 +108,7 @@ def test_datagrams():
     assert told(line(good), Module) == []
     assert told(line(good + wrong_motor), Module) == ["1:39-75: motor 7: expected motor 0…2 (MVP ABS) DV102"]
     assert told(line(unknown), Module) == [
-        "1:3-39: unknown command '01 63 00 01 00 00 00 00 65': `axistwin commands module` lists all (Commands) DV101"
+        "1:3-39: unknown command 01 63 00 01 00 00 00 00 65: `axistwin commands module` lists all (Commands) DV101"
     ]
     assert told(line(good[:-1] + b"\x00"), Module) == ["1:3-39: the check sum is wrong (Framing) DV103"]
     assert told(line(good[:5]), Module)[0].endswith("expected all bytes of its datagram (Framing) DV104")
@@ -82,13 +116,16 @@ def test_datagrams():
 
 @pytest.mark.parametrize("rule", checking.RULES, ids=lambda rule: rule.code)
 def test_the_example_of_a_code_has_this_diagnostic(rule):
-    assert {(one.code, one.severity) for one in found(rule.example)} == {(rule.code, rule.severity)}
+    kind = Bus if rule is checking.OTHER else Stage
+    assert {(one.code, one.severity) for one in found(rule.example, kind)} == {(rule.code, rule.severity)}
     assert rule in codes.select(rule.code) and codes.suffix_of(rule) == ".talk"
 
 
 MENDED = {"DV101": "> 1PA5\\r", "DV102": "> 1PA90000\\r", "DV103": "> 1TP\\r", "DV104": "> 1TP\\r"}
+MENDED_BUS = "> #011TP\\r"
 
 
 @pytest.mark.parametrize("rule", checking.RULES, ids=lambda rule: rule.code)
 def test_the_remedy_leads_out(rule):
-    assert found(MENDED[rule.code]) == []
+    mended = (MENDED_BUS, Bus) if rule is checking.OTHER else (MENDED[rule.code],)
+    assert found(*mended) == []

@@ -33,7 +33,9 @@ class Listener:
 
 @pytest.mark.parametrize(("framing", "sent", "taken"), [
     (Lines(), b"1PA100\r2TP\r", [b"1PA100", b"2TP"]),
-    (Lines(), b"\r\r \r1TP", []),                                   # empty lines, and one without its end
+    (Lines(), b"\r\r1TP", []),                                      # empty lines, and one without its end
+    (Lines(ignore=b" \n"), b" \r 1 TP \r\n", [b"1TP"]),             # what is ignored is said, and nothing else is
+    (Lines(), b" \r1TP\n\r\x0b1TP\r", [b" ", b"1TP\n", b"\x0b1TP"]),
     (Lines(b"\r\n"), b"A\rB\nC\r\nD\r\n", [b"A\rB\nC", b"D"]),
     (Lines(ignore=b"\n"), b"A\r\nB\r\n", [b"A", b"B"]),
     (Lines(separator=b";"), b"1PA100;;2TP; 3TP\r", [b"1PA100", b"2TP", b" 3TP"]),
@@ -46,6 +48,11 @@ def test_only_lines_for_the_address_are_read():
     listener = Listener(Lines(separator=b";", address="{address:02d}:"), b"03:")
     assert listener.hear(b"03:TP;TS\r04:TP\rTP\r03:MO\r") == [b"TP", b"TS", b"MO"]
     assert listener.hear(b"04:TP\r", LineError.PARITY)[3:] == []
+
+
+def test_an_empty_line_is_dropped_but_not_behind_an_address():
+    listener = Listener(Lines(separator=b";", address="{address:02d}:"), b"03:")
+    assert listener.hear(b"\r03:\r04:\r03:TP;;\r") == [b"", b"TP"]
 
 
 def test_every_character_is_echoed_also_the_ignored():

@@ -59,7 +59,9 @@ def test_a_server_says_what_is_refused_and_goes_on(caplog):
     with axistwin.serve(bench, speed="manual") as twin, serial.serial_for_url(twin.ports["pusher"]) as host:
         host.write(bytes([7, 9, 16]))
         assert twin.call(host.read, 2) == b"\xff\xff"
-    assert caplog.messages == [r"pusher: refused \x07\x09\x10: unknown command 07 09 10"]
+    assert caplog.messages == [
+        r"pusher: refused \x07\x09\x10: unknown command 07 09 10: `axistwin commands pusher` lists all"
+    ]
 
 
 def test_a_procedure_ends_when_its_device_ends_it():

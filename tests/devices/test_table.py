@@ -50,17 +50,24 @@ def found(line):
 
 @pytest.mark.parametrize(("line", "name", "values"), [
     (b"XPA-1000", "move", {"axis": "X", "position": -1000}),
-    (b" X2PA+12 ", "move", {"axis": "X2", "position": 12}),
+    (b"X2PA+12", "move", {"axis": "X2", "position": 12}),
+    (b"XPA-" + b"0" * 30 + b"7", "move", {"axis": "X", "position": -7}),
     (b"V=200", "set_speed", {"speed": 200.0, "ramp": None}),
     (b"V=.5,-1e3", "set_speed", {"speed": 0.5, "ramp": -1000.0}),
     (b"NAME left_1", "set_name", {"name": "left_1"}),
     (b"SAY good morning", "say", {"words": "good morning"}),
-    (b"SAY ", "unknown command 'SAY'", {}),                       # blanks at the ends of a line do not count
+    (b"SAY ", "say", {"words": ""}), (b"SAY", "unknown command 'SAY'", {}),
+    (b" MODE=1", "unknown command ' MODE=1'", {}), (b"MODE=1 ", "unknown command 'MODE=1 '", {}),
+    (b"MODE=1\n", "unknown command 'MODE=1\\n'", {}), (b"\x0bMODE=1", "unknown command '\\x0bMODE=1'", {}),
     (b"MODE=1", "mode", {}),
     (b"X2?", "tell", {"axis": "X2"}), (b"TELL X", "tell", {"axis": "X"}),
     (b"WIRE X,X2", "wire", {"first": "X", "second": "X2"}),
-    (b"YPA1", "unknown command 'YPA1'", {}), (b"xPA1", "unknown command 'xPA1'", {}),
-    (b"XPA1.5", "unknown command 'XPA1.5'", {}), (b"XPA", "unknown command 'XPA'", {}),
+    (b"YPA1", "axis 'Y': expected X or X2", Why.FORMAT), (b"xPA1", "axis 'x': expected X or X2", Why.FORMAT),
+    (b"PA1", "axis '': expected X or X2", Why.FORMAT), (b"XYZPA1", "unknown command 'XYZPA1'", {}),
+    (b"XPA1.5", "position '1.5': expected a whole number", Why.FORMAT),
+    (b"XPA", "position '': expected a whole number", Why.FORMAT), (b"XPAUSE", "unknown command 'XPAUSE'", {}),
+    (b"V=1,x", "unknown command 'V=1,x'", {}), (b"V=1,1.2.3", "ramp '1.2.3': expected a number", Why.FORMAT),
+    (b"NAME ", "name '': expected letters, digits or _", Why.FORMAT),
     (b"XPA1 ;", "unknown command 'XPA1 ;'", {}), (b"MODE=12", "unknown command 'MODE=12'", {}),
     (b"NAME a b", "unknown command 'NAME a b'", {}), (b"XPA\xb2", "unknown command 'XPA\xb2'", {}),
 ])  # fmt: skip
@@ -71,6 +78,7 @@ def test_lines_and_their_values(line, name, values):
 @pytest.mark.parametrize(("line", "words"), [
     (b"XPA1001", "position 1001: expected position -1000…1000 steps"),
     (b"XPA-1001", "position -1001: expected position -1000…1000 steps"),
+    (b"XPA" + b"9" * 250, "position 999999999999999999…: expected position -1000…1000 steps"),
     (b"V=0.4", "speed 0.4: expected speed 0.5…200.0 mm/s"),
     (b"V=1,9e999", "ramp inf: expected [ramp]"),
 ])  # fmt: skip
@@ -185,3 +193,15 @@ def test_a_parameter_that_the_pattern_lacks():
 
     with pytest.raises(UsageError, match=r"test_table.py:\d+: the pattern 'PA<position>' has no {axis}: add it, or"):
         product_of(Wrong)
+
+
+def test_a_parameter_that_the_method_does_not_take():
+    expected = r"test_table.py:\d+: the method of '<axis>PA\[<to>\]' does not take 'axis': add it to its parameters"
+    with pytest.raises(UsageError, match=expected):
+        product_of(device_of("{axis}PA[{to:int}]"))
+
+
+def test_an_empty_pattern_needs_an_address():
+    with pytest.raises(UsageError, match=r"test_table.py:\d+: an empty pattern needs an address"):
+        product_of(device_of(""))
+    assert len(product_of(device_of("", framing=Lines(address="#"))).commands) == 1

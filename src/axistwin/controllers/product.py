@@ -209,6 +209,8 @@ class Product(NamedTuple):
     make_axis: MakeAxis = stepper_axis
     """Function that creates an axis from its options; the bench connects its switches later."""
     check: "Checker | None" = None
+    check_for: "Callable[[Mapping[str, Any]], Checker] | None" = None
+    """Function that returns `check` for given options, such as an address; None: they do not matter to it."""
     make_rules: Callable[[], "tuple[Rule, ...]"] = tuple  # Function that imports and returns `rules`.
     endings: tuple[bytes, bytes] = (b"\r", b"\r")  # Terminators of a host's lines and of answers; b"" for datagrams.
     line: UartFormat | None = None  # Default character format of the host; None: no serial port.
@@ -248,6 +250,10 @@ class Product(NamedTuple):
     def rules(self) -> "tuple[Rule, ...]":
         """Rules of `axistwin check` for this model, sorted by their codes, e.g. DP101."""
         return self.make_rules()
+
+    def with_options(self, given: Mapping[str, Any]) -> "Product":
+        """Return the model with the checker for these options."""
+        return self if self.check_for is None else self._replace(check=self.check_for(given))
 
     @property
     def front(self) -> "tuple[Group, ...]":

@@ -4,13 +4,13 @@ import re
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
 from struct import Struct, error
 from typing import Any, NamedTuple
 
 from axistwin.core.errors import UsageError
 from axistwin.core.units import to_ns
-from axistwin.devices.table import Entry, Refused, Why
+from axistwin.devices.table import Entry, Parameter, Refused, Why
 from axistwin.sim.frames import SOUND, LineError
 
 MOST_LINE = 256
@@ -32,6 +32,7 @@ class Port(NamedTuple):
     """Function that is called with a whole request, and with the reason if its framing is wrong."""
     echo: Callable[[bytes], None]
     now: Callable[[], int]  # Virtual time in ns.
+    drop: Callable[[bytes], None] = lambda data: None  # Function that is called with a request for others.
 
 
 Receive = Callable[[int, LineError], None]
@@ -70,7 +71,8 @@ class Lines(Framing):
     `ignore`: characters that are dropped, e.g. b"\n" for hosts that end lines with CR LF.  `at_once`: characters that
     are requests without terminator and address, and drop a line that has begun, e.g. b"\x1b".  `separator`: character
     between several commands in a line.  `address`: what each line begins with; `{address}` is the option of that name,
-    and other lines are for other devices.  `most`: longest line; a longer one is refused as a whole.
+    and other lines are for other devices.  `most`: longest line; a longer one is refused as a whole.  An empty line is
+    dropped, but not one with nothing behind the address.
     """
 
     terminator: bytes = b"\r"
@@ -122,8 +124,10 @@ class Lines(Framing):
             if data.startswith(port.address):
                 rest = data[len(port.address) :]
                 for part in rest.split(self.separator) if self.separator and reason is None else [rest]:
-                    if part.strip():
+                    if part or data == port.address != b"":
                         port.take(part, reason)
+            elif data:
+                port.drop(data)
 
         return receive
 
@@ -132,16 +136,28 @@ class Lines(Framing):
         names = {name.upper(): name for name in axes} if self.ignore_case else {}
 
         def find(data: bytes) -> Request:
-            text = data.decode("latin-1").strip()
+            text = data.decode("latin-1")
             for entry, expression in table:
                 if found := expression.fullmatch(text):
-                    return Request(data, entry, entry.values(found.groupdict(), names))
+                    return Request(data, entry, entry.values(partial(_converted, found, names), found.span))
+            for entry, _ in table:
+                if entry.pattern.has_text and (found := self.compiled(entry, axes, loose=True).fullmatch(text)):
+                    entry.values(partial(self._formed, found, axes), found.span)
             raise Refused(f"unknown command {text!r}", why=Why.UNKNOWN)
 
         return find
 
-    def compiled(self, entry: Entry, axes: Mapping[str, Any]) -> re.Pattern[str]:
-        return re.compile(entry.pattern.expression(axes), re.ASCII | (re.IGNORECASE if self.ignore_case else 0))
+    @property
+    def _flags(self) -> int:
+        return re.ASCII | (re.IGNORECASE if self.ignore_case else 0)
+
+    def compiled(self, entry: Entry, axes: Mapping[str, Any], loose: bool = False) -> re.Pattern[str]:
+        return re.compile(entry.pattern.expression(axes, loose), self._flags)
+
+    def _formed(self, found: re.Match[str], axes: Mapping[str, Any], parameter: Parameter) -> None:
+        text = found[parameter.name]
+        if text is not None and (words := parameter.misshapen(text, axes, self._flags)):
+            raise Refused(words, why=Why.FORMAT)
 
     def phrase(self, entry: Entry, values: Mapping[str, Any], address: bytes) -> bytes:
         line = entry.pattern.filled(values)[0].encode("latin-1", "replace")
@@ -153,6 +169,10 @@ class Lines(Framing):
         if not isinstance(answer, str | int | float) or isinstance(answer, bool):
             raise TypeError(f"returned {type(answer).__name__}: expected text, a number, bytes or None")
         return str(answer).encode("latin-1", "replace") + self.endings[1]
+
+
+def _converted(found: re.Match[str], names: Mapping[str, str], parameter: Parameter) -> Any:
+    return None if found[parameter.name] is None else parameter.convert(found[parameter.name], names)
 
 
 def add8(data: bytes) -> bytes:
@@ -217,6 +237,8 @@ class Datagrams(Framing):
                 wrong = False
                 if data.startswith(port.address):
                     port.take(data, Refused("the check sum is wrong", why=Why.FORMAT) if broken else None)
+                else:
+                    port.drop(data)
 
         return receive
 
@@ -230,8 +252,7 @@ class Datagrams(Framing):
                 values["data"] = data[head.size : len(data) - tail]
             for entry in table:
                 if all(values[name] == value for name, value in entry.pattern.fixed.items()):
-                    for parameter in entry.pattern.parameters:
-                        parameter.checked(values[parameter.name])
+                    entry.values(lambda parameter: parameter.checked(values[parameter.name]))
                     return Request(data, entry, values)
             raise Refused(f"unknown command {data.hex(' ')}", why=Why.UNKNOWN)
 

@@ -17,7 +17,7 @@ from axistwin.controllers.options import check
 from axistwin.controllers.product import Abilities, Product, Refusal, Register, Store
 from axistwin.core.errors import UsageError, one_line
 from axistwin.core.units import to_ns
-from axistwin.devices.checking import RULES, checker_of
+from axistwin.devices.checking import RULES, checker_of, listing
 from axistwin.devices.device import Device, Input, Option, Output, State
 from axistwin.devices.framing import Lines, Port, Request
 from axistwin.devices.table import Entry, Refused, Why, check_table, collected
@@ -47,6 +47,8 @@ def product_of(kind: type[Device]) -> Product:
         lambda entry, line: lines is not None and lines.compiled(entry, kind.axes).fullmatch(line) is not None,
         next(iter(kind.axes), ""),
     )  # fmt: skip
+    if lines and not lines.address and (empty := [entry for entry in entries if not entry.pattern.parts]):
+        raise UsageError(f"{empty[0].place}: an empty pattern needs an address: without one empty lines are ignored")
     names = [*kind.axes, *kind.options]
     if taken := [name for name in names if name in RESERVED or names.count(name) > 1]:
         raise UsageError(f"{_place(kind)}: the name {taken[0]!r} of an axis or option is in use: choose another")
@@ -59,8 +61,6 @@ def product_of(kind: type[Device]) -> Product:
                     f"{_place(kind)}: axis {name} names {pin!r}: add it to the pins, e.g. {pin!r}: Input(level=True)"
                 )
     _check_texts(kind)
-    usual = {name: getattr(option, "usual", "") for name, option in kind.options.items()}
-    address = kind.framing.address.format(**usual).encode("latin-1")
     return Product(
         kind.model, kind.title or kind.__name__, CommandSet(*entries), tuple(kind.axes),
         _options(kind), lambda clock, axes, options, store: Hardware(kind, entries, clock, axes, options, store),
@@ -69,8 +69,9 @@ def product_of(kind: type[Device]) -> Product:
         limit_pins={name: (axis.minus, axis.plus) for name, axis in kind.axes.items() if axis.minus and axis.plus},
         home_pins={name: axis.home for name, axis in kind.axes.items() if axis.home},
         endings=kind.framing.endings, make_front=lambda: _front(kind), driver=kind,
-        check=checker_of(kind, entries, address), make_rules=lambda: RULES,
-        phrase=lambda entry, values: kind.framing.phrase(entry, values, address),
+        check=checker_of(kind, entries, _address(kind, {})), make_rules=lambda: RULES,
+        check_for=lambda given: checker_of(kind, entries, _address(kind, given)),
+        phrase=lambda entry, values: kind.framing.phrase(entry, values, _address(kind, {})),
     )  # fmt: skip
 
 
@@ -93,6 +94,14 @@ def _check_texts(kind: type[Device]) -> None:
         raise UsageError(
             f"{_place(kind)}: invalid memory: {error}: expected numbers, texts, lists and dictionaries"
         ) from None
+
+
+def _address(kind: type[Device], given: Mapping[str, Any]) -> bytes:
+    usual = {name: option.usual for name, option in kind.options.items()}
+    try:
+        return kind.framing.address.format(**{**usual, **given}).encode("latin-1")
+    except (LookupError, ValueError, TypeError):  # Options of a scene that is wrong.
+        return kind.framing.address.format(**usual).encode("latin-1")
 
 
 def _options(kind: type[Device]) -> type[Any]:
@@ -148,7 +157,7 @@ class Hardware:
         self.uart = Uart(clock)
         self.uart.format = line_format(kind.line, UartFormat())[0]
         self._find = kind.framing.finder(entries, axes)
-        self._address = kind.framing.address.format(**self.options).encode("latin-1")
+        self._address = _address(kind, self.options)
         self.alarms = Alarms(*kind.faults)
         self.refusals: Signal[[Refusal]] = Signal()
         self.device: Device | None = None
@@ -236,17 +245,19 @@ class Hardware:
     def _obey(self, data: bytes, wrong: Refused | None) -> None:
         device = self.device
         assert device is not None, "without power no request is read"
+        entry = None
         try:
             if wrong is not None:
                 raise wrong
             request = self._find(data)
+            entry = request.entry
             wanted = {name: request.values[name] for name in request.entry.wanted}
             result = request.entry.handler(device, **wanted)  # type: ignore[misc]  # all entries have handlers
         except Refused as reason:
-            self._refuse(data, reason)
+            self._refuse(data, reason, entry or reason.entry)
             return
         except Exception as error:  # noqa: BLE001  # an error of a device must not end the bench
-            self._refuse(data, _bug(self.kind, error))
+            self._refuse(data, _bug(self.kind, error), entry)
             return
         if isinstance(result, Generator):
             self._blocked = request.entry.blocks
@@ -266,15 +277,15 @@ class Hardware:
                 return
             self._send(answer, entry.after_s)
         except Refused as reason:
-            self._refuse(request.data, reason)
+            self._refuse(request.data, reason, entry)
         except Exception as error:  # noqa: BLE001  # an error of a device must not end the bench
-            self._refuse(request.data, _bug(self.kind, error, entry.place))
+            self._refuse(request.data, _bug(self.kind, error, entry.place), entry)
 
-    def _refuse(self, data: bytes, reason: Refused) -> None:
+    def _refuse(self, data: bytes, reason: Refused, entry: Entry | None = None) -> None:
         self._tell(reason, data)
         answer = self._guarded(lambda: self.device and self.device.refused(reason, data), data)
         if answer is not None:
-            self._guarded(partial(self._send, answer), data)
+            self._guarded(partial(self._send, answer, entry.after_s if entry else None), data)
 
     def _send(self, answer: Any, after_s: float | None = None) -> None:
         data = self.kind.framing.written(answer)
@@ -293,15 +304,16 @@ class Hardware:
         return process
 
     def _carry_out(self, steps: Generator[Event, Any, Any], request: Request | None) -> Procedure:
+        data, entry = (request.data, request.entry) if request else (b"", None)
         try:
             result = yield from _steps(steps)
             if request is not None:
                 self._reply(request, result)
         except Refused as reason:
-            self._refuse(request.data if request else b"", reason)
+            self._refuse(data, reason, entry)
         except Exception as error:  # noqa: BLE001  # an error of a device must not end the bench
-            self._refuse(request.data if request else b"", _bug(self.kind, error))
-        if request is not None and request.entry.blocks:
+            self._refuse(data, _bug(self.kind, error), entry)
+        if entry is not None and entry.blocks:
             self._blocked = False
             while self._waiting and not self._blocked:
                 self._obey(*self._waiting.pop(0))
@@ -317,7 +329,8 @@ class Hardware:
         """Report what is refused, and log the first error of each line: a register may be read 20 times a second."""
         place = reason.words.partition(": ")[0]
         if data or place not in self._logged:
-            self.refusals.emit(Refusal(data, reason.words))
+            remedy = f": {listing(self.kind)}" if reason.why is Why.UNKNOWN else ""
+            self.refusals.emit(Refusal(data, reason.words + remedy))
         if reason.why is Why.BUG and place not in self._logged:
             self._logged.add(place)
             _log.error("%s", reason.words)

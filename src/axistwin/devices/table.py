@@ -22,8 +22,11 @@ _PART = re.compile(
 )
 _RANGE = re.compile(r"(-?\d+(?:\.\d+)?)\.\.(-?\d+(?:\.\d+)?)")
 KINDS = {
-    "int": r"[+-]?\d{1,18}", "float": r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d{1,3})?", "word": r"\w+", "text": r".*",
+    "int": r"[+-]?\d+", "float": r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d{1,3})?", "word": r"\w+", "text": r".*",
 }  # fmt: skip
+LOOSE = {**dict.fromkeys(("int", "float"), r"(?:[-+.\d][^\s,;]{0,40})?"), "word": r"\w*", "text": r".*"}
+"""For each kind what somebody may have sent in place of a value."""
+MOST_DIGITS = 18  # Of an integer; one with more digits is in no range.
 CONVERT: dict[str, Callable[[str], Any]] = {"int": int, "float": float}
 
 
@@ -39,6 +42,9 @@ class Why(Enum):
 
 class Refused(Exception):  # noqa: N818  # it is no error of the program
     """Raised by a handler that refuses a request; `code`: the number of the error in the device's manual."""
+
+    entry: Any = None  # The command, if the request has one, and where in the line the wrong value is.
+    span: tuple[int, int] | None = None
 
     def __init__(self, words: str, code: int = 0, why: Why = Why.STATE) -> None:
         super().__init__(words)
@@ -63,7 +69,26 @@ class Parameter(Field):
             return axes.get(text.upper(), text)
         if "|" in self.kind:
             return next((choice for choice in self.kind.split("|") if choice.upper() == text.upper()), text)
+        if self.kind == "int" and len(text.lstrip("+-0")) > MOST_DIGITS:
+            raise Refused(f"{self.name} {text[:MOST_DIGITS]}…: expected {self}", why=Why.RANGE)
         return self.checked(CONVERT.get(self.kind, str)(text))
+
+    def expression(self, axes: Mapping[str, Any], loose: bool = False) -> str:
+        """Return the regular expression of a value; `loose`: also of one in the wrong form."""
+        if self.kind in KINDS:
+            return (LOOSE if loose else KINDS)[self.kind]
+        words = sorted(self.words(axes), key=len, reverse=True) or [""]
+        return rf"\w{{0,{len(words[0])}}}" if loose else "|".join(map(re.escape, words)) or "(?!)"
+
+    def words(self, axes: Mapping[str, Any]) -> list[str]:
+        return list(axes) if self.kind == "axis" else self.kind.split("|")
+
+    def misshapen(self, text: str, axes: Mapping[str, Any], flags: int) -> str:
+        """Return what is wrong with the form of a value; "" if nothing is."""
+        if re.fullmatch(self.expression(axes), text, flags):
+            return ""
+        form = {"int": "a whole number", "float": "a number", "word": "letters, digits or _"}.get(self.kind)
+        return f"{self.name} {text!r}: expected {form or ' or '.join(self.words(axes))}"
 
     def checked(self, value: Any) -> Any:
         if isinstance(value, int | float) and not (isfinite(value) and self.allows(value)):  # type: ignore[arg-type]
@@ -112,18 +137,20 @@ class Pattern(NamedTuple):
         return made
 
     @property
+    def has_text(self) -> bool:
+        return any(isinstance(part, str) and part not in "[]" for part in self.parts)
+
+    @property
     def parameters(self) -> tuple[Parameter, ...]:
         return tuple(part for part in self.parts if isinstance(part, Parameter))
 
-    def expression(self, axes: Mapping[str, Any]) -> str:
-        """Return the regular expression of a line."""
+    def expression(self, axes: Mapping[str, Any], loose: bool = False) -> str:
+        """Return the regular expression of a line; `loose`: also of one with values in the wrong form."""
 
         def one(part: str | Parameter) -> str:
             if isinstance(part, str):
                 return {"[": "(?:", "]": ")?"}.get(part) or re.escape(part)
-            choices = axes if part.kind == "axis" else part.kind.split("|") if "|" in part.kind else ()
-            words = "|".join(map(re.escape, sorted(choices, key=len, reverse=True)))
-            return f"(?P<{part.name}>{words or KINDS.get(part.kind, '(?!)')})"
+            return f"(?P<{part.name}>{part.expression(axes, loose)})"
 
         return "".join(map(one, self.parts))
 
@@ -179,10 +206,18 @@ class Entry(Command):
     def syntax(self) -> str:
         return str(self.code)
 
-    def values(self, texts: Mapping[str, str | None], axes: Mapping[str, str]) -> dict[str, Any]:
-        """Return the values of the parameters; an optional part that is not there gives None.  Raises Refused."""
-        made = {parameter.name: parameter for parameter in self.pattern.parameters}
-        return {name: None if texts[name] is None else it.convert(str(texts[name]), axes) for name, it in made.items()}
+    def values(
+        self, get: Callable[[Parameter], Any], span: Callable[[str], tuple[int, int]] | None = None
+    ) -> dict[str, Any]:
+        """Return the values of the parameters from a function.  Raises Refused with this command and the place."""
+        made = {}
+        for parameter in self.pattern.parameters:
+            try:
+                made[parameter.name] = get(parameter)
+            except Refused as reason:
+                reason.entry, reason.span = self, span and span(parameter.name)
+                raise
+        return made
 
 
 def command(
@@ -260,3 +295,7 @@ def check_table(
                     f"{other.place}: {other.code!r} also matches {(*lines, entry.code)[0]!r}, "
                     f"as {entry.code!r} does at {entry.place}: change one of the patterns"
                 )
+        if unused := [] if fields else sorted(known - {*entry.wanted}):
+            raise UsageError(
+                f"{entry.place}: the method of {entry.code!r} does not take {unused[0]!r}: add it to its parameters"
+            )

@@ -148,7 +148,7 @@ class Scene:
 
         Examples of names: `table`, `table.rs485`, the name of a shared line.
         """
-        found = {table.called: product(table.model) for table in self._contents.controller}
+        found = {table.called: product(table.model).with_options(table.options) for table in self._contents.controller}
         found |= {f"{name}.rs485": made for name, made in found.items()}
         lines = ((name, line.motors[0]) for _, name, line, _ in shared_lines(self._contents))
         return found | {name: found[motor] for name, motor in lines if motor in found}

@@ -31,7 +31,7 @@ class RefusedLine:
 
 def models_at(bench: Bench) -> dict[str, Product]:
     """Return the product at each endpoint of a bench, by name; "" is also a name of a single endpoint."""
-    found = {name: controller.product for name, controller in bench.controllers.items()}
+    found = {name: controller.product.with_options(controller.given) for name, controller in bench.controllers.items()}
     found |= {f"{name}.rs485": made for name, made in found.items()}
     found |= {name: bench.lines[name].motors[0].product for name in bench.lines}
     reached = endpoints.names(bench)
