@@ -469,6 +469,9 @@ def test_the_stand_in_moves_its_axes():
     (("rescue", "tcp://127.0.0.1:1", "--model", "stage", "--out", "out"), f"stage cannot be rescued: {OURS}"),
     (("run", "stage", "moves.if1"), "for several controllers, use a .talk file"),
     (("run", "stage", "prog.sms"), "an .sms file needs exactly one: use a .talk file"),
+    (("run", "stage"), "expected a file for a stage, e.g. axistwin run stage moves.talk"),
+    (("run", "stage", "moves.txt"), "moves.txt: unknown kind of program: expected a conversation for stage"),
+    (("check", "stage", "moves.txt"), "moves.txt: unknown kind of program: expected a conversation for stage"),
     (("check", "stage", "moves.if1"), "is a program for if1 or if2, not for stage: choose another program"),
     (("ioc", "free.toml", "--prefix", "LAB:", "--registers", "stage.status"),
      "unknown register 'status': expected none, because its driver knows axes only"),
@@ -478,6 +481,7 @@ def test_the_stand_in_moves_its_axes():
 ])  # fmt: skip
 def test_one_line(command, words):
     Path("moves.if1").write_text("X100$\n", encoding="utf-8")
+    Path("moves.txt").write_text("1PA500\n", encoding="utf-8")
     Path("free.toml").write_text('[[controller]]\nmodel = "stage"\n', encoding="utf-8")
     Path("prog.sms").write_text("END\n", encoding="utf-8")
     done = run("--device", "stage.py", *command)

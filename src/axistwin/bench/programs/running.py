@@ -65,7 +65,7 @@ def load(path: Path, target: str = "") -> Program:
         case ".sms":
             source = load_source(path)
             return Program(partial(_run_stored, str(path)), prepare=partial(store_program, source, str(path)))
-    raise unknown_kind(path=path)
+    raise unknown_kind(path, target)
 
 
 def form_of(path: Path, model: str = "") -> str:
@@ -94,7 +94,9 @@ def scene_program() -> Program:
     return Program(_run_scene)
 
 
-def unknown_kind(path: Path) -> UsageError:
+def unknown_kind(path: Path, model: str = "") -> UsageError:
+    if is_model(model) and not product(model).suffix:
+        return UsageError(f"{path}: unknown kind of program: expected a conversation for {model}, e.g. moves.talk")
     kinds = (
         "expected .talk (conversation), .if1 (command lines), .181x (commands for an 1811) or .sms (SmartMotor source)"
     )

@@ -92,8 +92,9 @@ def run(
       axistwin run if1 limits.if1 --option X.limits=[-100,2000]
     """
     if program is None and not target.endswith(".toml"):
-        model = product(target).indefinite
-        raise UsageError(f"the PROGRAM is missing: expected a file for {model}, e.g. axistwin run if1 moves.if1")
+        made = product(target)
+        example = f"axistwin run {made.model} moves{made.suffix or '.talk'}"
+        raise UsageError(f"the PROGRAM is missing: expected a file for {made.indefinite}, e.g. {example}")
     loaded = running.scene_program() if program is None else running.load(program, target)
     if plot is not None:
         from axistwin.records.plots.picture import check_suffix

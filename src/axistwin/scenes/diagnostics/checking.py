@@ -43,6 +43,8 @@ def check_kind(program: Path, made: Product) -> None:
         raise UsageError(
             f"{program} is a program for {own_models}, not for {made.model}: choose another program or another model"
         )
+    if not made.suffix and kind_of(program, made) not in (".talk", SCENE):
+        raise unknown_kind(program, made.model)
 
 
 def product_for(suffix: str, text: str) -> Product:
