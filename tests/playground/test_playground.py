@@ -77,13 +77,14 @@ def test_the_state_and_its_buttons(playground):
     """The first page says what to do, and its buttons do it."""
     start = "The IF1 is on. Press Initialise, or begin with the lessons"
     initialise, lessons = ("Initialise", "initialise", True), ("Lessons", "lessons", False)
+    send = "Send X1000$", "do", True
     playground.open_model("if1")
     state = playground.advance(2 * S, 9)
     assert words(state) == ("Waiting for a command", start, [initialise, lessons])
     assert words(playground.state())[0] == "Paused"
     playground.press("Initialise", True)
     assert words(playground.state(running=True)) == (
-        "Waiting for a command", "Type X1000$: index X by 1000 steps", [lessons])  # fmt: skip
+        "Waiting for a command", "Type X1000$: index X by 1000 steps", [send, lessons])  # fmt: skip
     playground.act("if1", "estop", "low")
     assert words(playground.state(running=True))[0] == "Stopped: emergency stop pressed"
     playground.press("Release estop", True)

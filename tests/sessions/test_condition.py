@@ -11,11 +11,13 @@ from axistwin.controllers.product import Awaited, Listing
 from axistwin.scenes.scene import Scene
 from axistwin.scenes.sessions.buttons import perform
 from axistwin.scenes.sessions.condition import Kind, condition, condition_of
+from axistwin.ui.conversation.first import first_steps
 
 from ..benches import bench_of
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 CYCLE = "Switch the power off and on, then press Start"
+BOTH = "Both limit inputs are active (Bp, Bm): wire pins C and D to ground, or make them inputs, and clear the fault"
 START = "The {} is on. Press Initialise, or begin with the lessons"
 
 
@@ -126,18 +128,19 @@ LIMITED = {"axes": ("X", {"limits": [-100, 500]})}
 READY = (("(", 0.5), ("U61\r", 2))
 ROWS = [
     ("if1", {}, [], ("Waiting for a command", "blue", START.format("IF1"), ["Initialise*", "Lessons"])),
-    ("if1", {}, READY, ("Waiting for a command", "blue", "Type X1000$: index X by 1000 steps", ["Lessons"])),
+    ("if1", {}, READY, (
+        "Waiting for a command", "blue", "Type X1000$: index X by 1000 steps", ["Send X1000$*", "Lessons"])),
     ("if1", {}, (*READY, ("X5000$\r", 0.5)), ("Running", "grey", "X moves to 5000 pulses", [])),
     ("if1", {"X": {"limits": [-100, 500]}}, (*READY, ("X5000$\r", 3)), (
         "Stopped: X at the plus limit", "red", "X stands on the switch: move away in minus: type K, then type X-101$",
         [])),
     ("if1", {}, (*READY, "! limit_minus low"), (
-        "Stopped: minus limit active", "red", "Click the switch limit_minus again, then type K",
+        "Cannot move: minus limit active", "red", "Click the switch limit_minus again, then type K",
         ["Release limit minus*"])),
     ("if1", {}, (*READY, "! limit_minus low", "! limit_minus release"), (
-        "Stopped: limit fault", "red", "Type K", ["Send K*"])),
+        "Cannot move: limit fault", "red", "Type K", ["Send K*"])),
     ("if1", {}, (*READY, "! x_fault low"), (
-        "Stopped: the drive of X reports a fault", "red", "Click the switch x_fault again, then type K",
+        "Cannot move: the drive of X reports a fault", "red", "Click the switch x_fault again, then type K",
         ["Release x fault*"])),
     ("if1", {}, (*READY, "! estop low"), ("Stopped: emergency stop pressed", "red", "Release it", ["Release estop*"])),
     ("if1", {}, (*READY, "! estop low", "! estop release"), (
@@ -150,15 +153,20 @@ ROWS = [
         "The stored sequence has ended", "grey", "Switch the power off and on", ["Power off and on"])),
     ("1811", {}, [], ("Waiting for a command", "blue",
         "Type default_velocity_and_acceleration 00 25000 250000: velocity and acceleration of default moves (31h)",
-        ["Lessons"])),
+        ["Send default_velocity_and_acceleration 00 25000 250000*", "Lessons"])),
     ("1811", {}, ("default_velocity_and_acceleration 00 25000 250000", ("go_relative 100000", 0.5)), (
         "Running", "grey", "motor moves to 100000 pulses", [])),
     ("1811", {}, ("! cw_limit high",), (
-        "Stopped: plus limit active", "red", "Click the switch cw_limit again", ["Release cw limit*"])),
+        "Cannot move: plus limit active", "red", "Click the switch cw_limit again", ["Release cw limit*"])),
     ("1811", {}, ("D9 01", "2C 02 00", "D8", "41 01"),
         ("Waiting for trigger 2 low (step 1)", "blue", "Click the switch trigger2", ["Set trigger2 low*"])),
-    ("smartmotor", {}, [], ("Waiting for a command", "blue", START.format("SmartMotor"), ["Initialise*", "Lessons"])),
-    ("smartmotor", {}, ("P=100 G ",), ("Stopped: plus limit active", "red", "Type UCI ZS", ["Send UCI ZS*"])),
+    ("smartmotor", {}, [], ("Waiting for a command: both limit inputs active", "blue",
+        START.format("SmartMotor"), ["Initialise*", "Lessons"])),
+    ("smartmotor", {}, ("P=100 G ",), ("Cannot move: both limit inputs active", "red",
+        f"{BOTH}: type UCI UDI ZS", ["Send UCI UDI ZS*"])),
+    ("smartmotor", {}, ("UDI ZS P=100 G ",), ("Cannot move: plus limit active", "red",
+        "The plus limit is active (Bp): wire pin C to ground, or make it an input, and clear the fault: type UCI ZS",
+        ["Send UCI ZS*"])),
     ("smartmotor", {}, ("UCI UDI ZS ",), (
         "Waiting for a command", "blue", "No acceleration has been given: type A=100", ["Send A=100*", "Lessons"])),
     ("smartmotor", {}, ("UCI UDI ZS A=100 V=100000 MV G ",), ("Running", "grey", "shaft moves in plus", [])),
@@ -204,10 +212,10 @@ def other(**abilities):
     ({}, (("power", "off"),), ("Power off", "grey", "Switch the power on", ["Power on*"])),
     ({}, (("estop", "low"),), ("Stopped: emergency stop pressed", "red", "Release it", ["Release estop*"])),
     ({}, (("limit_plus", "low"),), (
-        "Stopped: plus limit active", "red", "Click the switch limit_plus again", ["Release limit plus*"])),
+        "Cannot move: plus limit active", "red", "Click the switch limit_plus again", ["Release limit plus*"])),
     ({}, (("y_fault", "low"),), (
-        "Stopped: the drive of Y reports a fault", "red", "Click the switch y_fault again", ["Release y fault*"])),
-    ({"hint": lambda: "the door is open: close it"}, (), ("Stopped: the door is open", "red", "Close it", [])),
+        "Cannot move: the drive of Y reports a fault", "red", "Click the switch y_fault again", ["Release y fault*"])),
+    ({"hint": lambda: "the door is open: close it"}, (), ("Cannot move: the door is open", "red", "Close it", [])),
     ({"awaited": lambda: Awaited("step 3 of the sequence", "input1", "high")}, (), (
         "Waiting for input 1 high (step 3)", "blue", "Click the switch input1", ["Set input1 high*"])),
     ({"programs": lambda: {"p": Listing("the program", ("up", "down"), 1)}}, (), (
@@ -231,7 +239,7 @@ def test_a_limit_input_of_one_axis_names_the_axis():
     bench.add(ours._replace(model="lift", family="", check=None, limit_pins={"2": ("limit_minus", "limit_plus")}), "it")
     session = Session(lambda: bench, None)
     session.do("it", "limit_minus", "low")
-    assert condition_of(session, "it").words == "Stopped: axis 2 at the minus limit"
+    assert condition_of(session, "it").words == "Cannot move: axis 2 at the minus limit"
 
 
 async def test_the_buttons_make_an_if1_ready_and_clear_its_fault():
@@ -246,3 +254,46 @@ async def test_the_buttons_make_an_if1_ready_and_clear_its_fault():
     await press(session, "Send K")
     await session.advance_to(session.seconds + 1)
     assert condition(session).words == "Waiting for a command"
+
+
+async def test_the_next_line_of_a_smartmotor_asks_for_what_is_missing():
+    session = Session(bench_of("smartmotor"))
+    session.run()
+    await session.advance_to(1)
+    await press(session, "Initialise")
+    for line, says in (
+        ("A=100", "No acceleration has been given: type A=100"),
+        ("V=100000", "No velocity has been given: type V=100000"),
+        ("P=4000", "Type P=4000: go to position 4000"), ("G", "Type G: start the move"),
+    ):  # fmt: skip
+        state = condition(session)
+        assert told(state) == ("Waiting for a command", "blue", says, [f"Send {line}*", "Lessons"])
+        await press(session, f"Send {line}")
+        await session.advance_to(session.seconds + 0.2)
+    assert told(condition(session))[0] == "Running"
+    await session.advance_to(session.seconds + 3)
+    done = ("Waiting for a command", "blue", "It accepts the host's commands", ["Lessons"])
+    assert told(condition(session)) == done
+    session.say("smartmotor", b"P=9000 ")
+    await session.advance_to(session.seconds + 0.2)
+    assert told(condition(session))[2:] == ("Type G: start the move", ["Send G*", "Lessons"])
+
+
+async def test_the_next_line_of_an_if1_asks_for_nothing_after_its_first_move():
+    session = Session(bench_of("if1"))
+    session.run()
+    await session.advance_to(2)
+    await press(session, "Initialise")
+    await session.advance_to(session.seconds + 1)
+    await press(session, "Send X1000$")
+    await session.advance_to(session.seconds + 5)
+    assert (session.bench["if1"].axes["X"].position, condition(session).next) == (
+        1000,
+        "It accepts the host's commands",
+    )
+
+
+@pytest.mark.parametrize(("model", "line"), [("if1", "X1000$"), ("smartmotor", "A=100 V=100000 P=4000 G")])
+def test_the_card_of_first_steps_names_the_same_first_move_as_the_next_line(model, line):
+    bench = Bench()
+    assert f"Type  {line}  below" in first_steps(bench.add(model, "it"))[-1].words

@@ -8,6 +8,8 @@ from axistwin.bench import Controller
 from axistwin.bench.acts import Act
 from axistwin.controllers.diagnostics import Diagnostic
 from axistwin.controllers.front import Lamp
+from axistwin.plant.axes import Axis
+from axistwin.plant.servo_axis import ServoAxis
 from axistwin.scenes.reasons.remedies import Remedies, at_limit
 
 MOST_DEVIATION = 20  # The reciprocal of the deviation of a baud rate that still lets characters arrive whole, 5 %.
@@ -55,6 +57,15 @@ class Reasons:
     def __init__(self, controller: Controller, refused: Refused = lambda line: ()) -> None:
         self.controller, self.refused = controller, refused
         self.remedies = Remedies()
+
+    @property
+    def moved(self) -> bool:
+        """True if an axis has moved."""
+        return any(map(_has_moved, self.controller.axes.values()))
+
+    def step(self) -> tuple[str, str] | None:
+        """Return the next line on the way to a first move, with its meaning; None after a move."""
+        return None if self.moved else next(iter(self.suggestions), None)
 
     @property
     def ready(self) -> bool:
@@ -176,3 +187,7 @@ class Reasons:
     @staticmethod
     def _lamp(lamp: Lamp, one: bool) -> str:
         return f"{lamp.label} {lamp.name}" + (f" ({lamp.doc.strip().rstrip('.')})" if one and lamp.doc else "")
+
+
+def _has_moved(axis: Axis) -> bool:
+    return axis.position != 0 or not (isinstance(axis, ServoAxis) or axis.train.move.profile.pulses == 0)

@@ -5,6 +5,7 @@ from collections.abc import Iterator
 from axistwin.bench.acts import Act, Say, Wait
 from axistwin.bench.programs.stored_programs import READY
 from axistwin.controllers.smartmotor.card import ASLEEP, CLOSED, NOT_ADDRESSED
+from axistwin.controllers.smartmotor.kernel import state
 from axistwin.controllers.smartmotor.kernel.servo import COOLER
 from axistwin.core.units import MS
 from axistwin.scenes.reasons.reasons import Cause, Reason, Reasons
@@ -16,6 +17,8 @@ REVERSED = 2  # The bit of F that reverses the direction of the shaft.
 GIVEN = (("RA", "acceleration", "A=100"), ("V", "velocity", "V=100000"))
 """The parameters without which nothing moves: register, name and an example."""
 STARTED = 200 * MS
+TARGET, GO = ("P=4000", "go to position 4000"), ("G", "start the move")
+RESTING = (state.M_OFF, state.M_BRAKE, state.M_ERROR, state.M_HOLD, state.M_STOP)
 
 
 class SmartMotorReasons(Reasons):
@@ -43,7 +46,10 @@ class SmartMotorReasons(Reasons):
             return
         flags = {lamp.label for lamp in self.lamps("RW") if int(self.value("RW")) >> (lamp.bit or 0) & 1}
         active = [limit for limit in LIMITS if limit[0] in flags]
-        yield from dict.fromkeys(self._limited(*limit) for limit in active)
+        if len(active) > 1 and all(self._open(pin) for _, pin, _, _ in active):
+            yield self._both()
+        else:
+            yield from dict.fromkeys(self._limited(*limit) for limit in active)
         if not active and flags & {"Br", "Bl"}:
             yield Reason("a limit fault has not been cleared (Br, Bl)", "type  ZS")
         if "Be" in flags:
@@ -74,7 +80,7 @@ class SmartMotorReasons(Reasons):
         return f"let it cool from {self.value('RTEMP')} to {cool} °C, and then type  ZS" if warm else "type  ZS"
 
     def _limited(self, flag: str, name: str, side: str, command: str) -> Reason:
-        pin, other = self.controller.pins[name], {"plus": "minus", "minus": "plus"}[side]
+        other = {"plus": "minus", "minus": "plus"}[side]
         low, high, position = (int(self.value(each)) for each in ("RSLN", "RSLP", "RP"))
         if self.value("SLE") and (position >= high if side == "plus" else position <= low):
             margin = min(MARGIN, (high - low) // 2)
@@ -83,11 +89,10 @@ class SmartMotorReasons(Reasons):
             move = self._move(high - margin if side == "plus" else low + margin)
             reached = f"the software limit {'SLP' if side == 'plus' else 'SLN'} is reached ({flag})"
             return Reason(f"{reached}: move away in {other}", f"type  {move}")
-        if not (pin.held or pin.driven or pin.wired):
+        if self._open(name):
             wire = f"wire pin {name} to ground, or make it an input, and clear the fault"
-            cause = Cause.FAULT if self.controller.hint else Cause.START  # Such a motor starts with this fault.
             return Reason(
-                f"the {side} limit is active ({flag}): {wire}", f"type  {command} ZS", cause,
+                f"the {side} limit is active ({flag}): {wire}", f"type  {command} ZS", self._at_start,
                 pin=name, level="low", short=self.at(side),
             )  # fmt: skip
         found, away = at_limit(self.controller, side == "plus"), ""
@@ -99,6 +104,30 @@ class SmartMotorReasons(Reasons):
         remedy = self.restored(name, "low", then="  and then  ZS", away=away)
         text = f"the {side} limit is active ({flag})"
         return Reason(text, remedy, pin=name, level="low", short=self.at(side))
+
+    def _open(self, name: str) -> bool:
+        pin = self.controller.pins[name]
+        return not (pin.held or pin.driven or pin.wired or self.value("SLE"))
+
+    @property
+    def _at_start(self) -> Cause:
+        return Cause.FAULT if self.controller.hint else Cause.START  # A bare motor starts with its limits active.
+
+    def _both(self) -> Reason:
+        wire = "wire pins C and D to ground, or make them inputs, and clear the fault"
+        return Reason(
+            f"both limit inputs are active (Bp, Bm): {wire}", "type  UCI UDI ZS", self._at_start,
+            short="both limit inputs active",
+        )  # fmt: skip
+
+    def step(self) -> tuple[str, str] | None:
+        """Return what is missing for a move: its mode, its target or its start; None after a move."""
+        mode, target, position = (int(self.value(each)) for each in ("RMODE", "P", "RP"))
+        if int(self.value("RBo")):
+            return GO if target != position else TARGET if not position else None
+        if mode == state.M_POSITION:
+            return GO if target != position + int(self.value("RPE")) else None
+        return None if position or mode in (*RESTING, state.M_RELATIVE) else ("MP", "mode position")
 
     def _move(self, target: int) -> str:
         """Return the commands of a move to `target`, also for a motor that has not moved before."""

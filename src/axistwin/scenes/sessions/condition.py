@@ -106,8 +106,9 @@ def condition(session: Session, *, running: bool | None = None) -> Condition:
 def condition_of(session: Session, name: str) -> Condition:
     """Return the state of one controller, without regard to pauses and replays."""
     controller = session.bench[name]
-    reasons = [*_buttons_pressed(session, name), *reasons_of(controller, ByHand(session.operator, name)).reasons()]
-    moving = [axis for axis, found in controller.axes.items() if found.moving and (found.velocity or not reasons)]
+    found = reasons_of(controller, ByHand(session.operator, name))
+    reasons = [*_buttons_pressed(session, name), *found.reasons()]
+    moving = [axis for axis, shown in controller.axes.items() if shown.moving and (shown.velocity or not reasons)]
     first = {cause: next((each for each in reasons if each.cause is cause), None) for cause in Cause}
     if reason := first[Cause.OFF]:
         return _off(session, name)
@@ -116,7 +117,9 @@ def condition_of(session: Session, name: str) -> Condition:
     if reason := first[Cause.AFTER_STOP]:
         return _stopped(session, name, Kind.RELEASED, "Stopped after an emergency stop", reason)
     if not moving and (reason := first[Cause.FAULT]):
-        return _stopped(session, name, Kind.FAULT, f"Stopped: {reason.short or reason.text}", reason)
+        ran = found.moved or any(each.ended_by for each in controller.programs.values())
+        before = "Stopped" if ran else "Cannot move"
+        return _stopped(session, name, Kind.FAULT, f"{before}: {reason.short or reason.text}", reason)
     if not moving and (reason := first[Cause.INPUT]) and not _comes(session.bench, controller, reason.pin):
         return _waiting(session, name, reason)
     if moving or _works(session.bench, name):
@@ -168,7 +171,8 @@ def _stopped(session: Session, name: str, kind: Kind, words: str, reason: Reason
         buttons.append(_power(name, "Power off and on", "off", "on", filled=kind is not Kind.STOPPED))
     elif command := _send(session.bench[name], reason):
         buttons.append(command)
-    asks = _sentence(_steps(session, name, reason)) or _plain(reason.remedy)
+    choice = ": " in reason.text and reason.remedy.startswith("type  ")  # The text tells what else would help.
+    asks = _sentence(_steps(session, name, reason)) or _plain(str(reason) if choice else reason.remedy)
     pin = f"{name}.{reason.pin}" if reason.pin else ""
     return Condition(kind, words, asks, tuple(buttons), Tone.RED, name, pin)
 
@@ -192,13 +196,16 @@ def _commanded(session: Session, name: str, reason: Reason | None) -> Condition:
     title, buttons, words = controller.product.indefinite.partition(" ")[2], [LESSONS] * known, "Waiting for a command"
     if reason is not None and reason.cause is Cause.START:
         asks = f"The {title} is on. Press Initialise, or begin with the lessons"
+        words += f": {reason.short}" * bool(reason.short)
         buttons = [Button("Initialise", "initialise", filled=True), *buttons]
     elif reason is not None:
         asks = _plain(str(reason))
         buttons = [*((found,) if (found := _send(controller, reason)) else ()), *buttons]
+    elif (step := reasons_of(controller, ByHand(session.operator, name)).step()) is not None:
+        asks = f"Type {step[0]}: {step[1]}"
+        buttons = [*((found,) if (found := _send(controller, Reason("", f"type  {step[0]}"))) else ()), *buttons]
     else:
-        suggested = reasons_of(controller, ByHand(session.operator, name)).suggestions[:1]
-        asks = "".join(f"Type {line}: {meaning}" for line, meaning in suggested) or "It accepts the host's commands"
+        asks = "It accepts the host's commands"
     tone = Tone.GREY if session.client(name) else Tone.BLUE
     if reason is not None and reason.cause is Cause.REFUSED:
         tone, words = Tone.AMBER, "A message was refused"

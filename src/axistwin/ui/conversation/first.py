@@ -18,7 +18,7 @@ HEAD = "No messages yet"
 STEPS = {
     "digiplan": (
         FirstStep("Initialise", "Sends  (  and  U61,  so that it accepts commands.", True),
-        FirstStep("Make X turn", "Type  X400$  below and press Enter: one turn."),
+        FirstStep("Make X turn", "Type  X1000$  below and press Enter: 1000 steps."),
     ),
     "compumotor": (
         FirstStep("Give velocity and acceleration", f"Type  {DEFAULTS}  below and press Enter."),
@@ -26,7 +26,7 @@ STEPS = {
     ),
     "smartmotor": (
         FirstStep("Initialise", "Sends  UCI UDI ZS,  which clears the fault of open limit inputs.", True),
-        FirstStep("Make the shaft turn", "Type  A=100 V=100000 MP P=4000 G  below and press Enter."),
+        FirstStep("Make the shaft turn", "Type  A=100 V=100000 P=4000 G  below and press Enter."),
     ),
 }
 
