@@ -1,14 +1,18 @@
 """`axistwin shadow` as a program: a scripted machine, its host, and the twin in a process of its own."""
 
 import json
+import os
+import select
 import signal
 import socket
+import sys
 import threading
 from contextlib import contextmanager
 
 import pytest
+import serial
 
-from ..command import refused, serving
+from ..command import refused, running, serving
 from ..links.serving import ask, dial
 
 PATIENT = ("--tolerance", "1000000")
@@ -97,3 +101,49 @@ def test_a_machine_that_answers_something_else():
 def test_wrong_use(arguments, words):
     code, message = refused("shadow", *arguments)
     assert code == 2 and words in message
+
+
+@pytest.mark.filterwarnings("ignore:set.* is deprecated:DeprecationWarning")  # pyserial's reader thread
+def test_a_host_at_rfc2217_hears_the_machine_byte_for_byte():
+    with (
+        machine(healthy()) as real,
+        serving(real, "--model", "if1", *QUICK, *PATIENT, "--port", "rfc2217://127.0.0.1:0", command="shadow") as (
+            program,
+            [(_, url)],
+        ),
+    ):
+        with serial.serial_for_url(str(url), timeout=60) as host:
+            host.write(b"(")
+            assert host.read(2) == b"U\r"
+            host.write(b"U61\rE\r")
+            assert host.read(2) == b"C\r"
+        assert finished(program)[0] == 0
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="pseudo terminals as serial devices")
+def test_listening_sends_nothing():
+    with pseudo_terminal() as (host_side, host_name), pseudo_terminal() as (controller_side, controller_name):
+        with running("shadow", "--listen", host_name, controller_name, "--model", "if1", *QUICK) as program:
+            assert [program.stdout.readline() for _ in range(2)] == [
+                f"listening at {host_name}\n", f"listening at {controller_name}\n",
+            ]  # fmt: skip
+            os.write(host_side, b"E\r")
+            os.write(controller_side, b"C\r")
+            code, out = finished(program)
+        assert code == 0 and "no findings" in out
+        for side in (host_side, controller_side):
+            assert select.select([side], [], [], 0) == ([], [], [])
+
+
+@contextmanager
+def pseudo_terminal():
+    """Yield the end of a line that a test writes to, and the name of the serial device at the other end."""
+    import tty
+
+    near, far = os.openpty()
+    tty.setraw(far)
+    try:
+        yield near, os.ttyname(far)
+    finally:
+        os.close(near)
+        os.close(far)

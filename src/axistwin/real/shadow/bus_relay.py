@@ -16,7 +16,7 @@ class BusRelay:
     def __init__(self, board: PortUrl, relayed: Callable[[bool, bytes], object]) -> None:
         self._board, self._relayed = board, relayed
         self._server: asyncio.Server | None = None
-        self._busy = False
+        self.busy = False  # True while a host is connected.
 
     async def open(self, url: PortUrl) -> PortUrl:
         """Check that the board's bridge is there, and listen.  Raises LinkError."""
@@ -30,10 +30,10 @@ class BusRelay:
         return PortUrl("bus", url.host, port)
 
     async def _serve(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
-        if self._busy:
+        if self.busy:
             writer.close()
             return
-        self._busy = True
+        self.busy = True
         try:
             there, back = await asyncio.open_connection(self._board.host, self._board.port)
             ways = ((reader, back, True), (there, writer, False))
@@ -42,10 +42,11 @@ class BusRelay:
             for task in tasks:
                 task.cancel()
             back.close()
+            await back.wait_closed()
         except OSError:
             pass  # The host sees a closed connection, and may try again.
         finally:
-            self._busy = False
+            self.busy = False
             writer.close()
 
     async def _pass(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter, from_host: bool) -> None:

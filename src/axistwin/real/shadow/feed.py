@@ -6,6 +6,7 @@ then left out.  The twin is told how much.
 
 import time
 from collections.abc import Iterator
+from contextlib import suppress
 from enum import IntEnum
 from queue import Empty, Full, Queue
 from struct import Struct
@@ -68,6 +69,10 @@ class Feed:
         """Seconds for which the twin has read nothing although data wait."""
         return 0.0 if self._waiting.empty() else time.monotonic() - self._moved_s
 
+    def abandon(self) -> None:
+        """End the stream of a twin that has ended; the relay does not wait."""
+        self._ended = True
+
     def close(self) -> None:
         """Let the twin read what waits, for at most some seconds, and end the stream."""
         self._ended = True
@@ -83,6 +88,8 @@ class Feed:
                 self._moved_s = time.monotonic()
                 self._stream.write(record.pack())
                 self._stream.flush()
-            self._stream.close()
         except (OSError, ValueError):
             self.broken = True
+        finally:
+            with suppress(OSError):
+                self._stream.close()

@@ -54,6 +54,7 @@ class Supervisor:
         self._differed |= code == 1
         self._process.kill()
         self._process.wait()
+        self._feed.abandon()
         self._start()
 
     def end(self) -> int:
