@@ -163,6 +163,9 @@ def _body(context: Context) -> Iterator[Refresh]:
     with ui.element("div").classes("bench").props("id=bench tabindex=-1"):
         with _card("machine", "machine"):
             yield next_line(context)
+            if context.session.operator.items:
+                with ui.element("section").classes("desk").props('role=region aria-label="operator panel"'):
+                    yield operator(context)
             with ui.element("div").classes("bodies" if len(controllers) == 1 else "bodies several"):
                 for name in controllers:
                     with ui.element("section").classes("body").props(f'role=region aria-label="{name}"'):
@@ -170,9 +173,6 @@ def _body(context: Context) -> Iterator[Refresh]:
                             ui.label(name).classes("body-name").props("role=heading aria-level=2")
                             ui.label(controllers[name].product.title).classes("quiet")
                         yield machines(context, name)
-            if context.session.operator.items:
-                with ui.element("section").classes("desk").props('role=region aria-label="operator panel"'):
-                    yield operator(context)
         with _card("talk", "conversation"):
             yield beside(context)
         with _card("scope-card", "oscilloscope"), folded(context, "scope", "Oscilloscope"):
