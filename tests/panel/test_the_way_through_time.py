@@ -98,7 +98,7 @@ async def test_a_restart_can_be_undone_for_ten_seconds(visit, context):
     session.speed = 0.1
     visit.press("restart")
     assert session.running and session.seconds < 1 and list(session.journal) == []
-    assert seen(visit, "undo") and text(visit, "undo").startswith("Undo (")
+    assert seen(visit, "undo") and text(visit, "undo").startswith("Undo Restart (")
     visit.press("undo")
     await visit.until(lambda: not session.running and len(list(session.journal)) == 1)
     visit.frame()

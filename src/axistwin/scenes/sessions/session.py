@@ -60,6 +60,7 @@ class Forgotten:
     recorded_ns: int  # End of the recording.
     tail: Tail
     since_s: float  # Wall-clock time at which the part was deleted.
+    by: str  # What deleted it.
 
 
 class Session:
@@ -346,7 +347,7 @@ class Session:
             self._restart(self._recorded)
             for each in self.breaks:
                 each.resume(self.bench)
-        self.forget_rest()
+        self.forget_rest("Restart")
         self.run()
 
     async def advance_to(self, seconds: float) -> None:
@@ -369,19 +370,24 @@ class Session:
         if was_running and completed:
             self.run()
 
-    def forget_rest(self) -> None:
-        """Delete the recording after now, so that new input is accepted; `undo` restores it."""
+    def forget_rest(self, by: str = "Live from here") -> None:
+        """Delete the recording after now, so that new input is accepted; `undo` restores it.  `by`: see `undoes`."""
         self._check_free()
         self.pacer.sync()
         if self._replay is not None:
             recorded_ns, at_ns = self._recorded, self.bench.now
-            self._forgotten = Forgotten(at_ns, recorded_ns, self._replay.abandon(), monotonic())
+            self._forgotten = Forgotten(at_ns, recorded_ns, self._replay.abandon(), monotonic(), by)
             self._end_replay()
 
     @property
     def undo_seconds(self) -> float:
         """Seconds of wall-clock time for which `undo` is still possible; 0 if it is impossible."""
         return 0.0 if self._forgotten is None else max(0.0, self._forgotten.since_s + UNDO_S - monotonic())
+
+    @property
+    def undoes(self) -> str:
+        """What `undo` would undo, e.g. "Restart"; "" if nothing."""
+        return "" if self._forgotten is None else self._forgotten.by
 
     async def undo(self) -> None:
         """Restore what was deleted last, and pause at the time of the deletion.  Raises UsageError."""

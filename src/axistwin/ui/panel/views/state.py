@@ -85,9 +85,10 @@ def next_line(context: Context) -> Refresh:
     """Build the line that says what moves, or what to do, with the buttons for it."""
     conditions = context.common(Conditions)
     with ui.element("div").classes("next").props('role=group aria-label="next"') as box:
+        undo = _undo(context)  # First, so that no other button moves when it disappears.
         with ui.element("div").classes("next-words"):
             words = ui.label().classes("now").props("role=status").mark("next-words")
-        views = [_planned(context), _undo(context), _acts(context)]
+        views = [undo, _planned(context), _acts(context)]
 
     def show() -> None:
         conditions.find()
@@ -155,12 +156,12 @@ def _planned(context: Context) -> Refresh:
 
 def _undo(context: Context) -> Refresh:
     undo = ui.button("Undo", icon="undo", on_click=lambda: context.move(context.session.undo)).props(OUTLINE)
-    undo.mark("undo").tooltip("restore the recording that has just been discarded")
+    undo.classes("undo").mark("undo").tooltip("restore the recording that has just been discarded")
 
     def refresh() -> None:
         left_s = ceil(context.session.undo_seconds)
         undo.set_visibility(bool(left_s))
         if left_s:
-            undo.text = f"Undo ({left_s} s)"
+            undo.text = f"Undo {context.session.undoes} ({left_s} s)"
 
     return refresh
