@@ -10,6 +10,10 @@ import pytest
 
 from axistwin.ui.playground.building import build
 
+from ..panel.browser.test_accessible import axe, none
+
+__all__ = ["axe"]  # a fixture
+
 ENGINE = os.environ.get("AXISTWIN_ENGINE", "")
 pytestmark = pytest.mark.skipif(not ENGINE, reason="AXISTWIN_ENGINE names no folder made by `make engine`")
 
@@ -86,6 +90,23 @@ def test_a_page_begins_with_the_first_steps_and_a_lesson_and_begins_again(addres
     page.click("#restart")
     page.wait_for_function("() => parseFloat(document.querySelector('#time').textContent) < 1")
     assert page.is_hidden("#lesson")
+
+
+def test_axe_finds_nothing_serious(address, browser, axe):
+    page = browser.new_page()
+    page.goto(address)
+    page.wait_for_selector("html[data-state=ready]", timeout=50_000)
+    none(page, axe)
+    page.select_option("#choice", "open_example drill")
+    page.wait_for_selector("#operator .stop")
+    page.click("#operator .stop")
+    page.wait_for_function("() => document.querySelector('#state').textContent.includes('emergency stop pressed')")
+    page.click("#more summary")
+    page.click("#theme")
+    for width in (1440, 390):
+        page.set_viewport_size({"width": width, "height": 900})
+        none(page, axe)
+        assert page.evaluate("document.documentElement.scrollWidth <= innerWidth")
 
 
 def test_a_damaged_link_is_told_in_a_sentence(address, browser):

@@ -42,7 +42,7 @@ def test_how_a_line_ends_break_lines_and_format(panel):
     panel.field("say to table").fill("Q")
     click(panel.button("Send", tab))
     panel.choose("ended by", "CR", tab)
-    settings = panel.button("settings of table", tab)
+    settings = tab.get_by_role("button", name="settings of table")
     click(settings)
     click(panel.button("Break"))
     panel.page.keyboard.press("Escape")

@@ -12,6 +12,7 @@ from axistwin.ui.drawings.scale import grouped, ticks
 from axistwin.ui.drawings.switches import Press, action, on_slides, show_switch
 
 LEFT, RIGHT = 30.0, 270.0  # X coordinates of the limit switches; the drawing is 300 wide.
+TITLES = {"minus": "minus limit", "plus": "plus limit", "home": "home"}
 OVERRUN = 18.0  # Distance from a limit switch to the end of the bed.
 MOST_TICKS = 5
 SHARED = ' title="in series with the switches of the other axes: all of them are one input"'
@@ -51,12 +52,20 @@ class Slide:
         for part, beyond in (("minus", position < first), ("plus", position > last)):
             drawing.flag(part, "lit", beyond)
             if part in self._switches:
-                show_switch(drawing, part, controller.pins[self._switches[part]], "open" if beyond else "free")
+                self._show_switch(part, "open" if beyond else "free")
         if isinstance(axis, ServoAxis):
             self._show_servo(controller, axis)
         elif axis.home is not None:
             drawing.flag("home", "lit", axis.home[0] <= position <= axis.home[1])
-            show_switch(drawing, "home", controller.pins[self._switches["home"]], "free")
+            self._show_switch("home", "free")
+
+    def _show_switch(self, part: str, free: str) -> None:
+        show_switch(self.drawing, part, self._controller.pins[self._switches[part]], free)
+        word, level = (self.drawing.shown[f"{part}-{each}", "text"] for each in ("word", "level"))
+        # Screen readers and speech input need the words of the drawing in one piece in the name.
+        shown = f"{word}, {level}"
+        name = f"home {shown}, of {self.name}" if part == "home" else f"{TITLES[part]} of {self.name}: {shown}"
+        self.drawing.put(part, "aria-label", name)
 
     def _show_servo(self, controller: Controller, axis: ServoAxis) -> None:
         drawing, pin = self.drawing, controller.product.brake_pin
@@ -112,7 +121,7 @@ class Slide:
         bar = f'<rect x="{low - 1:.2f}" y="60" width="{high - low + 2:.2f}" height="4" rx="1"/>'
         middle = min(max((low + high) / 2, LEFT + 72), RIGHT - 72)
         told = 'home <tspan class="word" data-part="home-word"></tspan>'
-        text = f'<title data-part="home-level"></title><text x="{middle:.2f}" y="17">{told}</text>'
+        text = f'<text x="{middle:.2f}" y="17">{told}</text> <title data-part="home-level"></title>'
         hit = f'<rect class="hit" x="{middle - 34:.2f}" y="0" width="68" height="24"/>'
         return f'<g class="home" {self._button("home")}>{hit}{bar}{text}</g>'
 
@@ -125,15 +134,14 @@ class Slide:
         at = x - 13 * side
         word = f'<text class="word {anchor}" x="{at:.2f}" y="14" data-part="{part}-word"></text>'
         level = f'<title data-part="{part}-level"></title>'
-        return f'<g class="limit" {self._button(part)}>{hit}{lever}{body}{label}{word}{level}</g>'
+        return f'<g class="limit" {self._button(part)}>{hit}{lever}{body}{label} {word} {level}</g>'
 
     def _button(self, part: str) -> str:
         if part not in self._switches:
             return f'data-part="{part}"'
-        title = {"minus": "minus limit", "plus": "plus limit", "home": "home"}[part]
         shared = SHARED if part != "home" and self._in_series else ""
         act = f'data-act="{self._switches[part]}" aria-pressed="false"'
-        return f'data-part="{part}" role="button" tabindex="0" {act} aria-label="{title} of {self.name}"{shared}'
+        return f'data-part="{part}" role="button" tabindex="0" {act} aria-label="{TITLES[part]} of {self.name}"{shared}'
 
 
 _BED = (

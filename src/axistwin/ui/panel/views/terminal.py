@@ -184,6 +184,7 @@ class _Settings:
         words = ", ".join([*found, *["tutor"] * (self._asides is not None and self._asides.on)]) or "settings"
         if self._button.text != words:
             self._button.text = words
+            self._button.props["aria-label"] = f"{words}: settings of {self._name}"
 
     def _lines(self) -> list[str]:
         host = self._context.bench.port(self._name).host
