@@ -45,6 +45,25 @@ def line_of(folder: Path) -> int:
     return next(number for number, line in enumerate(lines, start=1) if line.endswith("# here"))
 
 
+@pytest.mark.parametrize(("wrong", "meant"), [
+    ("framng = 1", "framing"), ("axis = 1", ""), ("option = 1", "options"), ("titel = 1", "title"),
+    ("modell = 'x'", ""), ("_framng = 1", ""),
+    ("lines = {}", "line"), ("line, lines = '9600 8N1', {}", ""), ("status = defaults = 1", ""),
+    ("def refuse(self): ...", "refused"), ("def pin_change(self): ...", "pin_changed"), ("def axis(self): ...", ""),
+    ("def restart(self): ...", ""), ("@query('X')\ndef hints(self): ...", ""),
+])  # fmt: skip
+def test_an_attribute_that_is_nearly_one_of_ours(wrong, meant, tmp_path):
+    kind = written(tmp_path, wrong)
+    if not meant:
+        assert product(kind).model == "stage"
+        return
+    name = wrong.removeprefix("def ").split("(")[0].split(" ")[0]
+    said = f"stage.py: nothing reads '{name}' of class Stage: did you mean '{meant}'? If not, call it _{name}"
+    with pytest.raises(UsageError) as error:
+        product(kind)
+    assert str(error.value) == said
+
+
 FOUND_WHILE_RUNNING = {
     "a handler": ("""
         @command("GO")

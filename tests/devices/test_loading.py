@@ -101,6 +101,10 @@ def test_two_files_with_one_model_are_both_named(stage, install):
     (STAGE.replace('"stage"', "5"), "stage.py:6: class Stage has no model: add one"),
     (STAGE.replace('{"1": Positioner(velocity=20_000)}', "5"), "stage.py:6: "),
     (STAGE + "\n\nclass Second(Stage):\n    model = 'stage'\n", "stage.py:21: the model 'stage' is also in "),
+    (STAGE.replace("framing =", "framng ="), "stage.py:6: nothing reads 'framng' of class Stage: did you mean 'framin"),
+    (STAGE.replace("n:int", "n:integer"), "stage.py:12: invalid placeholder {position:integer}: expected a name and"),
+    ("from axistwin.devices import Lines\nx = Lines(b'')\n", "stage.py:2: invalid terminator b'': expected characters"),
+    (STAGE.replace("axis: str, p", "p"), "stage.py:12: the method of '<axis>PA<position>' does not take 'axis': add"),
     ("\0", "stage.py: source code string cannot contain null bytes"),
     ("# coding: nonsense\n", "stage.py: not a Python file: expected text in UTF-8"),
 ])  # fmt: skip

@@ -86,13 +86,17 @@ def _execute(shown: str, full: str, text: str, module: ModuleType) -> None:
 def _error(shown: str, full: str, error: BaseException, line: int = 0) -> DeviceError:
     """Return the error of a file, at the deepest line in the file itself."""
     lines = [frame.lineno or 0 for frame in traceback.extract_tb(error.__traceback__) if frame.filename == full]
+    line = lines[-1] if lines else line
+    if isinstance(error, UsageError):  # One of ours, which may begin with the place.
+        at = re.match(rf"{re.escape(Path(full).name)}:(\d+): ", str(error))
+        return DeviceError(str(error)[at.end() if at else 0 :], file=shown, line=int(at[1]) if at else line)
     what = f"{type(error).__name__}{f': {error}' if str(error) else ''}"
     remedy = "correct this line"
     if isinstance(error, ModuleNotFoundError):
         what, remedy = f"no module {error.name!r}", "install it in the Python of axistwin, or put it beside the file"
     elif isinstance(error, SystemExit):
         what, remedy = "the file ends the program", 'put this line under if __name__ == "__main__":'
-    return DeviceError(f"{what}: {remedy}", file=shown, line=lines[-1] if lines else line)
+    return DeviceError(f"{what}: {remedy}", file=shown, line=line)
 
 
 def _classes(module: ModuleType) -> dict[str, Any]:
@@ -113,10 +117,6 @@ def _places(shown: str, full: str, module: ModuleType) -> dict[str, Place]:
         try:
             model = product_of(kind).model
             check_name(model, f"class {name}")
-        except UsageError as error:
-            at = re.match(rf"{re.escape(Path(full).name)}:(\d+): ", str(error))
-            message, line = (str(error)[at.end() :], int(at[1])) if at else (str(error), line)
-            raise DeviceError(message, file=shown, line=line) from None
         except Exception as error:  # noqa: BLE001  # of figures that are no figures, e.g. axes = 5
             raise _error(shown, full, error, line) from None
         place = Place(f"{module.__name__}:{name}", f"{shown}:{line}")

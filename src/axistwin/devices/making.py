@@ -32,6 +32,8 @@ from axistwin.sim.signal import Alarms, Signal
 
 MOST_WAITING = 64  # Largest number of requests that wait for a procedure that blocks.
 RESERVED = "model", "name", "state", "line", "history"  # Keywords of `Bench.add`.
+FIGURES = "title", "line", "framing", "axes", "pins", "options", "memory", "faults", "driver", "answer_after"
+HOOKS = "start", "answer", "refused", "pin_changed", "limit_reached", "hint"
 _log = getLogger("axistwin.devices")
 
 
@@ -40,6 +42,7 @@ def product_of(kind: type[Device]) -> Product:
     """Return the model of a class.  Raises UsageError for a class whose table or figures are wrong."""
     if not isinstance(getattr(kind, "model", None), str):
         raise UsageError(f'{_place(kind)}: class {kind.__name__} has no model: add one, e.g. model = "stage"')
+    _check_names(kind)
     entries = list(collected(kind))
     lines = kind.framing if isinstance(kind.framing, Lines) else None
     check_table(
@@ -79,6 +82,27 @@ def _axis(positioner: Positioner, clock: Clock, name: str, given: Mapping[str, A
     axis = stepper_axis(clock, name, given, history)
     axis.unit = "counts" if positioner.servo else "pulses"
     return axis
+
+
+def _check_names(kind: type[Device]) -> None:
+    """Refuse an attribute that is one letter off one of Device's, which nothing would read."""
+    own = {name: value for base in kind.__mro__ if base not in Device.__mro__ for name, value in vars(base).items()}
+    for name, value in own.items():
+        if hasattr(value, "entries") or hasattr(value, "state") or hasattr(Device, name):
+            continue
+        for known in HOOKS if inspect.isfunction(value) else FIGURES:
+            if known not in own and _one_off(name, known):
+                raise UsageError(
+                    f"{_place(kind)}: nothing reads {name!r} of class {kind.__name__}: did you mean {known!r}? "
+                    f"If not, call it _{name}"
+                )
+
+
+def _one_off(one: str, other: str) -> bool:
+    """Return True if a letter is missing, more, wrong, or two are exchanged."""
+    same = next((at for at, (a, b) in enumerate(zip(one, other, strict=False)) if a != b), min(len(one), len(other)))
+    one, other = one[same:], other[same:]
+    return other in (one[1:], one[1::-1] + one[2:]) or other[1:] in (one, one[1:])
 
 
 def _check_texts(kind: type[Device]) -> None:
