@@ -102,11 +102,13 @@ def test_power_buttons_and_faults_are_in_the_list():
     session.do("table", "estop", "high")
     session.do("table", "fault", "stuck input3 high")
     session.do("table", "mend", "all")
+    session.do("table", "power", "off")
+    session.do("table", "power", "on")
     assert [(f"{each.time_ns / 1e9:.2f}", f"{each.who} {each.text}") for each in log.since("table", 0)[1][6:]] == [
         ("6.00", "· Power off"), ("8.00", "· Power on"), ("11.00", "· Start pressed"),
         ("11.40", "· Start released"), ("20.15", "! Emergency stop pressed"), ("20.15", "· Emergency stop released"),
         ("20.15", "! Fault: stuck table.input3 level=high name=stuck"),
-        ("20.15", "· End of fault: stuck"),
+        ("20.15", "· End of fault: stuck"), ("20.15", "· Power off"), ("20.15", "· Power on"),
     ]  # fmt: skip
 
 
@@ -138,7 +140,7 @@ def test_notes_stand_below_the_line_and_the_answer_that_they_explain():
     assert refused.text == "RXYZ<CR>" and refused.notes[0].startswith("refused: ")
     assert (asked.text, asked.notes) == ("RMODE<CR>", [])
     assert answer.text.endswith("<CR>") and len(answer.notes) == 1
-    assert question.text == "What next?" and question.notes[0].startswith("the plus limit is active (Bp)")
+    assert question.text == "What next?" and question.notes[0].startswith("both limit inputs are active (Bp, Bm)")
 
 
 def test_a_typed_line_waits_in_the_list_until_a_board_has_received_it():

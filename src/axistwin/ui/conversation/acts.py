@@ -12,6 +12,7 @@ from axistwin.scenes.tables import OperatorTable
 from axistwin.sim.manual_actions import ManualAct
 
 LEVELS = ("high", "low", "release")
+POWER = {"high": "on", "low": "off"}  # Power is a level for a user, and on or off in a script.
 SCRIPT = "script: "
 
 
@@ -58,6 +59,8 @@ def _act(operator: OperatorTable, controller: str, name: str, value: str) -> Tol
             if word:
                 return Told(f"{selector.name}: {word}") if value == selector.selected else None
     level = "released" if value == "release" else value
+    if name == ManualAct.POWER:
+        level = POWER.get(value, value)
     return Told(_sentence(f"{spaced(name)} {level}"), name in EMERGENCY_STOPS and value == "low")
 
 
