@@ -284,7 +284,7 @@ def test_a_person_at_a_line_editor(person: Callable[..., Person], tmp_path):
 
 TUTORED = [
     ("if1", ":init\nx\nF\n:why\n", ["  8 data fault (A wrong message, or the buffer overflowed)"]),
-    ("smartmotor", ":why\n:init\n:next\n", ["type  A=100", "the plus limit is active (Bp)"]),
+    ("smartmotor", ":why\n:init\n:next\n", ["type  A=100", "both limit inputs are active (Bp, Bm)"]),
     ("1811", "go_relatve 5\ngo_relative 5\n:explain DP301\n", ["refused: ignored: 31", "no command 'go_relatve'"]),
 ]
 

@@ -38,6 +38,11 @@ class DigiplanReasons(Reasons):
     def ready(self) -> bool:
         return self.value("state") == Stage.READY.value
 
+    @property
+    def begins(self) -> bool:
+        (listing,) = self.controller.programs.values()
+        return listing.running == 0 and not int(self.value("N"))
+
     def reasons(self) -> Iterator[Reason]:
         controller = self.controller
         if not controller.powered:

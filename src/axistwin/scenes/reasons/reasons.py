@@ -63,6 +63,11 @@ class Reasons:
         """True if an axis has moved."""
         return any(map(_has_moved, self.controller.axes.values()))
 
+    @property
+    def begins(self) -> bool:
+        """True while a stored sequence waits at its first step, and nothing has moved since power-up."""
+        return False
+
     def step(self) -> tuple[str, str] | None:
         """Return the next line on the way to a first move, with its meaning; None after a move."""
         return None if self.moved else next(iter(self.suggestions), None)

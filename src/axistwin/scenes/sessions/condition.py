@@ -121,7 +121,7 @@ def condition_of(session: Session, name: str) -> Condition:
         before = "Stopped" if ran else "Cannot move"
         return _stopped(session, name, Kind.FAULT, f"{before}: {reason.short or reason.text}", reason)
     if not moving and (reason := first[Cause.INPUT]) and not _comes(session.bench, controller, reason.pin):
-        return _waiting(session, name, reason)
+        return _waiting(session, name, reason, _displaced(controller) if found.begins else "")
     if moving or _works(session.bench, name):
         does = _motion(controller, moving) or _plan(session.bench, name)
         return Condition(Kind.RUNNING, "Running", does, controller=name)
@@ -140,7 +140,10 @@ def condition_of(session: Session, name: str) -> Condition:
 def _paused(session: Session, found: Condition) -> Condition:
     words = "Paused at 0 s until a browser or a host connects" if session.waiting else "Paused"
     words += f": {session.halted_by}" * bool(session.halted_by)
-    return found._replace(kind=Kind.PAUSED, words=words, buttons=(RUN,), tone=Tone.GREY, pin="")
+    does = found.next
+    if not session.waiting:
+        does = f"Press Run{': ' if found.kind is Kind.RUNNING else '. '}{does}" if does else "Press Run"
+    return found._replace(kind=Kind.PAUSED, words=words, next=does, buttons=(RUN,), tone=Tone.GREY, pin="")
 
 
 def _ended(found: Condition) -> Condition:
@@ -177,7 +180,7 @@ def _stopped(session: Session, name: str, kind: Kind, words: str, reason: Reason
     return Condition(kind, words, asks, tuple(buttons), Tone.RED, name, pin)
 
 
-def _waiting(session: Session, name: str, reason: Reason) -> Condition:
+def _waiting(session: Session, name: str, reason: Reason, displaced: str) -> Condition:
     step = re.search(r"step \d+", reason.text)
     known = operated(session, name, reason.pin)
     where = f" ({known[0]})" if known else f" {reason.level}" + (f" ({step[0]})" if step else "")
@@ -185,9 +188,8 @@ def _waiting(session: Session, name: str, reason: Reason) -> Condition:
     by_hand = not session.bench[name].pins[reason.pin].wired
     act = Do(reason.pin, reason.level, controller=name)
     buttons = () if known or not by_hand else (Button(f"Set {reason.pin} {reason.level}", "do", (act,), filled=True),)
-    return Condition(
-        Kind.INPUT, words, _plain(reason.remedy), buttons, Tone.BLUE, name, f"{name}.{reason.pin}" if by_hand else ""
-    )
+    asks = _plain(reason.remedy) + (f". {displaced}" if displaced else "")
+    return Condition(Kind.INPUT, words, asks, buttons, Tone.BLUE, name, f"{name}.{reason.pin}" if by_hand else "")
 
 
 def _commanded(session: Session, name: str, reason: Reason | None) -> Condition:
@@ -337,10 +339,19 @@ def _move(name: str, axis: Axis) -> str:
     if isinstance(axis, ServoAxis) or (pulses := axis.train.move.profile.pulses) is None:
         return f"{name} moves in {'plus' if axis.velocity >= 0 else 'minus'}"
     move = axis.train.move
-    target = move.origin + move.direction * pulses - (axis.pulses - axis.position)
+    return f"{name} moves to {_place(axis, move.origin + move.direction * pulses - (axis.pulses - axis.position))}"
+
+
+def _displaced(controller: Controller) -> str:
+    """Return the axes that stand anywhere but at 0, where every scene begins."""
+    axes = {name: axis for name, axis in controller.axes.items() if axis.position}
+    places = " and ".join(f"{name} {'stands ' * (n == 0)}at {_place(axis, axis.position)}"
+                          for n, (name, axis) in enumerate(axes.items()))  # fmt: skip
+    return f"{places}, 0 when the scene began: the sequence begins here" if places else ""
+
+
+def _place(axis: Axis, position: int) -> str:
     if axis.units is None:
-        return f"{name} moves to {target} {axis.unit}"
-    return (
-        f"{name} moves to {axis.units.value(target):.{axis.units.decimals}f}".rstrip("0").rstrip(".")
-        + f" {axis.units.of}"
-    )
+        return f"{position} {axis.unit}"
+    shown = f"{axis.units.value(position):.{axis.units.decimals}f}"
+    return f"{shown.rstrip('0').rstrip('.') if '.' in shown else shown} {axis.units.of}"
