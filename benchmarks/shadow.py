@@ -58,10 +58,10 @@ class Rig:
 
     def __init__(
         self, model: str, machine: Bench | None = None, twin: Bench | None = None, *, jitter_ns: int = JITTER_NS,
-        seed: int = 1, **settings: Any,
+        seed: int = 1, ppm: int = 0, **settings: Any,
     ) -> None:  # fmt: skip
         machine, twin = machine or bench_of(model), twin or bench_of(model)
-        self.model, self.bench = model, machine
+        self.model, self.bench, self._ppm = model, machine, ppm
         self.machine = Twin(machine, next(iter(machine.controllers)))
         self.controller = self.machine.controller
         self.machine.heard = self._said
@@ -76,10 +76,17 @@ class Rig:
 
     @property
     def now(self) -> int:
-        return EPOCH_NS + self.bench.now - self._begun_ns
+        return self._host_ns(self.bench.now)
+
+    def _host_ns(self, machine_ns: int) -> int:
+        """Return the time of the host's clock at a time of the machine's."""
+        return EPOCH_NS + (machine_ns - self._begun_ns) * 1_000_000 // (1_000_000 + self._ppm)
+
+    def _machine_ns(self, host_ns: int) -> int:
+        return self._begun_ns + -((EPOCH_NS - host_ns) * (1_000_000 + self._ppm) // 1_000_000)
 
     def _said(self, time_ns: int, data: bytes) -> None:
-        at_ns = EPOCH_NS + time_ns - self._begun_ns + self.delay_ns + self._late_ns
+        at_ns = self._host_ns(time_ns) + self.delay_ns + self._late_ns
         if self._under_way:
             at_ns = max(at_ns, self._under_way[-1][0])
         if data := self.to_host(data):
@@ -99,7 +106,7 @@ class Rig:
         clock = self.bench.clock
         while not enough():
             due_ns = clock.next_event_ns()
-            arriving_ns = self._under_way[0][0] - EPOCH_NS + self._begun_ns if self._under_way else end_ns + 1
+            arriving_ns = self._machine_ns(self._under_way[0][0]) if self._under_way else end_ns + 1
             if arriving_ns <= end_ns and (due_ns is None or arriving_ns <= due_ns):
                 if arriving_ns > clock.now:
                     clock.run_to(arriving_ns)
@@ -533,10 +540,12 @@ WORD = {"if1": "if1", "1811": "board", "smartmotor": "motor"}
 POLL = {"if1": b"E\r", "1811": b"\x8c", "smartmotor": b"RBt\r"}
 
 
-def day(model: str, hours: float, seed: int, pause_s: float = 20.0) -> tuple[Rig, list[str]]:
+def day(
+    model: str, hours: float, seed: int, pause_s: float = 20.0, **settings: Any
+) -> tuple[Rig, list[str]]:  # fmt: skip
     """Work for some hours, with acts of people about every ten minutes; return the rig and the acts."""
     options = getattr(WORK[model], "OPTIONS", {})
-    rig = Rig(model, bench_of(model, **options), bench_of(model, **options), seed=seed)
+    rig = Rig(model, bench_of(model, **options), bench_of(model, **options), seed=seed, **settings)
     work = WORK[model](rig)
     people, acts = People(work, seed), list[str]()
     work.begin()

@@ -130,6 +130,10 @@ async def _run(
         supervisor = Supervisor(settings, log.warning)
         try:
             await begin(supervisor)
+        except BaseException:
+            supervisor.kill()
+            raise
+        try:
             _subscribe_summary(supervisor)
             checking = asyncio.create_task(_check(supervisor))
             done, _ = await asyncio.wait({ended}, timeout=duration)

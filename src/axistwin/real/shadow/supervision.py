@@ -52,10 +52,14 @@ class Supervisor:
             "the twin hangs: it is started again" if hangs else f"the twin has failed ({code}): it is started again"
         )
         self._differed |= code == 1
+        self.kill()
+        self._start()
+
+    def kill(self) -> None:
+        """End the process without a summary."""
         self._process.kill()
         self._process.wait()
         self._feed.abandon()
-        self._start()
 
     def end(self) -> int:
         """Let the twin print its summary; return 1 if anything differed."""
