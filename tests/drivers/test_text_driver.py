@@ -132,6 +132,40 @@ def test_what_goes_wrong_says_what_to_do():
     raises(UsageError, "expected one of timeout", driver_inside, bench, "stage", limits=True)
 
 
+KESTREL = TextDriver(
+    move="G{axis},{position}", stop="R{axis},0", position="P{axis}", busy="Q", confirmed="OK",
+    axes={"A": None, "B": None}, at_rest=lambda axis, status: not int(status) & {"A": 1, "B": 2}[axis],
+)  # fmt: skip
+
+
+def test_moves_that_are_acknowledged_answers_with_a_prefix_and_status_bits():
+    axis = KESTREL().axes["B"]
+    assert said(axis.move_to(-1250), b"OK\r") == (b"GB,-1250\r", None)
+    for bits, moving in ((b"Q018\r", True), (b"Q017\r", False)):
+        sent, status = said(axis.status(), bits, b"P-1250\r")
+        assert (sent, status.position, status.moving) == (b"Q\rPB\r", -1250, moving)
+    raises(RefusedError, "the answer to 'GB,5\\r' is 'E4': expected 'OK'", said, axis.move_to(5), b"E4\r")
+
+
+def test_a_wrong_function_of_a_driver_is_one_line():
+    raises(UsageError, "invalid value=5 of a driver: expected a function of the bytes", replace, KESTREL, value=5)
+    for value, cause in (
+        (lambda answer: answer["x"], "TypeError: byte indices must be"),
+        (lambda answer: None, "TypeError: float() arg"),
+        (lambda: 5, "TypeError: "), (lambda answer: float(answer), "ValueError: could not convert string to float"),
+    ):  # fmt: skip
+        axis = replace(KESTREL, value=value)().axes["A"]
+        raises(
+            WrongAnswerError,
+            f"the answer 'P5' to 'PA\\r' has no number ({cause}",
+            said,
+            axis.asked("position"),
+            b"P5\r",
+        )
+    axis = replace(KESTREL, at_rest=lambda axis, status: {}[axis])().axes["A"]
+    raises(WrongAnswerError, "`at_rest` failed for axis A and 0 (KeyError: 'A')", said, axis.status(), b"Q000\r")
+
+
 @pytest.mark.parametrize("kind", [Stage, Module])
 def test_a_device_is_driven_at_a_port(kind):
     bench = Bench()

@@ -34,11 +34,12 @@ class TextDriver:
     """What a host sends to a controller: texts with `{axis}`, `{position}`, `{velocity}` or `{direction}`.
 
     Instead of a text a function of these names may return the bytes, e.g. of a datagram.  `busy` asks whether an axis
-    moves, and `at_rest` is the answer if it does not.  `abort`: default `stop`.  `run`: move until stopped.  `define`:
-    give the position a number.  `velocity`: set that of the next moves.  `begin`: what each axis is told first, e.g. to
-    switch the motor on.  `counts`: counts per unit of the numbers.
-    `confirmed`: the controller also answers what is no question.  `size`: length of all answers; 0: lines.  `value`:
-    function that finds the number in an answer.
+    moves, and `at_rest` is the answer if it does not, or a function of the axis and the number in the answer, e.g. of
+    status bits: `lambda axis, status: not int(status) & {"A": 1, "B": 2}[axis]`.  `abort`: default `stop`.  `run`: move
+    until stopped.  `define`: give the position a number.  `velocity`: set that of the next moves.  `begin`: what each
+    axis is told first, e.g. to switch the motor on.  `counts`: counts per unit of the numbers.
+    `confirmed`: the controller also answers what is no question; as a text: with this, and all else is an error.
+    `size`: length of all answers; 0: lines.  `value`: function that finds the number in an answer.
     """
 
     move: Said
@@ -51,9 +52,9 @@ class TextDriver:
     define: Said = ""
     velocity: Said = ""
     begin: Said = ""
-    at_rest: float = 1
+    at_rest: float | Callable[[str, float], bool] = 1
     counts: float = 1
-    confirmed: bool = False
+    confirmed: bool | str = False
     size: int = 0
     value: Callable[[bytes], float] = number_in
     axes: Mapping[str, Any] | None = None  # By name; None: those of the device.
@@ -73,6 +74,11 @@ class TextDriver:
                     f"invalid {name}={text!r} of a driver: expected only {{axis}}, {{position}}, {{velocity}} and "
                     '{direction} in braces, e.g. move="{axis}PA{position}"'
                 ) from None
+        if not callable(self.value):
+            raise UsageError(
+                f"invalid value={self.value!r} of a driver: expected a function of the bytes of an answer that returns "
+                "a number, e.g. value=lambda answer: float(answer[1:])"
+            )
 
     def said(self, name: str, **values: Any) -> bytes:
         """Return the bytes of a request.  Raises RefusedError if the controller has none of this name."""
@@ -161,18 +167,22 @@ class TextAxis(AxisCore):
         data = self._driver.said(name, axis=self.name)
         answer = yield from self._core.exchange(data, answered=True)
         try:
-            return self._driver.value(answer)
-        except (ValueError, LookupError):
+            return float(self._driver.value(answer))
+        except Exception as error:  # noqa: BLE001  # of a function of the user's
+            cause = "" if self._driver.value is number_in else f" ({type(error).__name__}: {error})"
             raise WrongAnswerError(
-                f"the answer {shown(answer)} to {shown(data)} has no number: expected one, so check the driver's "
-                f"`{name}` and `value`"
+                f"the answer {shown(answer)} to {shown(data)} has no number{cause}: expected one, so check the "
+                f"driver's `{name}` and `value`"
             ) from None
 
     def _tell(self, name: str, **values: Any) -> Procedure[None]:
         data = self._driver.said(name, axis=self.name, **values)
         if not data:
             raise RefusedError(f"the driver of axis {self.name} has no `{name}`: expected it in TextDriver({name}=...)")
-        yield from self._core.exchange(data, answered=self._driver.confirmed)
+        confirmed = self._driver.confirmed
+        answer = yield from self._core.exchange(data, answered=bool(confirmed))
+        if isinstance(confirmed, str) and answer != confirmed.encode("latin-1"):
+            raise RefusedError(f"the answer to {shown(data)} is {shown(answer)}: expected {confirmed!r}")
 
     def _units(self, counts: float) -> float:
         found = counts / self._driver.counts
@@ -216,11 +226,22 @@ class TextAxis(AxisCore):
 
     def status(self) -> Procedure[Status]:
         """Ask first whether the axis moves, so that a position at rest is exact."""
-        moving = (yield from self.asked("busy")) != self._driver.at_rest
+        moving = not self._rests((yield from self.asked("busy")))
         position = yield from self._position()
         aim = self.target if self.target is not None else position
         velocity = self.velocity * ((aim > position) - (aim < position)) if moving else 0.0
         return self._judged(Status(position, self.setpoint, velocity, moving))
+
+    def _rests(self, number: float) -> bool:
+        if not callable(self._driver.at_rest):
+            return number == self._driver.at_rest
+        try:
+            return bool(self._driver.at_rest(self.name, number))
+        except Exception as error:  # noqa: BLE001  # of a function of the user's
+            raise WrongAnswerError(
+                f"the driver's `at_rest` failed for axis {self.name} and {number:g} ({type(error).__name__}: {error}): "
+                'expected a function, e.g. at_rest=lambda axis, status: not int(status) & {"A": 1, "B": 2}[axis]'
+            ) from None
 
     def set_position(self, position: int) -> Procedure[None]:
         yield from self._tell("define", position=self._units(position))
