@@ -75,3 +75,9 @@ def test_before_the_first_message_the_first_steps_are_shown(visit):
     visit.run(1.5)
     visit.press("why-if1")
     assert entries.visible
+
+
+@shown(terminal, "if1")
+def test_control_characters_are_told_by_an_icon_that_covers_nothing(visit):
+    assert visit.found("signs-if1").text == r"\r \n \xNN are control characters"
+    assert visit.found("say-if1").props["aria-description"] == r"\r \n \xNN are control characters"

@@ -20,6 +20,7 @@ from axistwin.ui.teaching.commands import own_command
 
 TERMINATORS = {"usual": b"\r", "CR": b"\r", "LF": b"\n", "CR LF": b"\r\n", "space": b" ", "nothing": b""}
 REMEMBERED = 100
+SIGNS = r"\r \n \xNN are control characters"
 
 
 def terminal(context: Context, name: str) -> Refresh:
@@ -87,7 +88,9 @@ class _Terminal:
             box = ui.input(placeholder=hint, autocomplete=history).props(f'dense outlined aria-label="say to {name}"')
             box.classes("grow").mark(f"say-{name}").props(f'data-test="say {name}"')
             if not self._whole:
-                box.tooltip(r"\r \n \xNN are control characters")
+                box.props["aria-description"] = SIGNS
+                with box.add_slot("append"), ui.icon("help_outline", size="xs").props("aria-hidden=true"):
+                    ui.tooltip(SIGNS).mark(f"signs-{name}")
             ending = ui.select(list(TERMINATORS), value=context.person.ending)
             ending.props('dense options-dense outlined aria-label="ended by"').set_visibility(not self._whole)
             send = partial(self._send, box, ending)
