@@ -14,6 +14,7 @@ from axistwin.ui.panel.context import Context, Refresh, seldom, together
 from axistwin.ui.panel.turns import breathe
 
 SELDOM, LATE = 6, 10  # Number of frames between two updates of the state, and of the delay.
+LATE_SHOWN = 10  # Number of its updates for which a delay is shown, about 5 s.
 MOST_BUTTONS = 3
 IN_HEADER = ("run", "restart", "stop")  # What buttons in the header do.
 OUTLINE = "outline dense no-caps"
@@ -50,6 +51,7 @@ def wanted(context: Context) -> str:
 def state(context: Context) -> Refresh:
     """Build the title and the state, for the header."""
     conditions = context.common(Conditions)
+    known, left = context.session.pacer.delays.overruns, 0
     with ui.element("div").classes("what") as box:
         with ui.element("div").classes("title-row"):
             ui.label(_title(context)).classes("scene-title").props("role=heading aria-level=1").mark("scene-title")
@@ -66,7 +68,11 @@ def state(context: Context) -> Refresh:
         _tone(box, now)
 
     def show_delay() -> None:
-        late.text = context.session.pacer.report() or ""
+        nonlocal known, left
+        pacer = context.session.pacer
+        left = LATE_SHOWN if pacer.delays.overruns != known else max(0, left - 1)
+        known = pacer.delays.overruns
+        late.text = (pacer.report() or "") if left and context.session.running else ""
 
     return together(seldom(context, SELDOM, refresh), seldom(context, LATE, show_delay))
 
