@@ -70,11 +70,12 @@ def test_a_scene_that_waits_is_paused_at_0_until_a_visitor_comes(visit, context)
 @shown(driving)
 async def test_planned_actions_are_shown_and_gone_to_until_the_scene_has_finished(visit, context):
     session = context.session
-    assert text(visit, "scene-title") == "A gate" and text(visit, "next-words") == "Script: input1 high at 10 s"
+    assert text(visit, "scene-title") == "A gate"
+    assert text(visit, "next-words") == "Press Run. Script: input1 high at 10 s"
     visit.press("go-planned")
     await arrived(visit, 10)
     assert visit.bench["gate"].pins["input1"].level
-    assert text(visit, "next-words") == "Script: gate input1 low, power off at 36,000.5 s"
+    assert text(visit, "next-words") == "Press Run. Script: gate input1 low, power off at 36,000.5 s"
     session.speed = 1000
     visit.press("run")
     visit.press("go-planned")
@@ -151,3 +152,22 @@ async def test_the_next_line_offers_what_to_do_and_does_it(visit):
     assert offered(visit)[0] == "Release estop" and "unelevated" in visit.found("act-0").props
     visit.press("act-0")
     await visit.until(lambda: visit.bench["if1"].pins["estop"].level)
+
+
+@shown(driving, "if1")
+def test_a_delay_is_shown_only_for_some_seconds(visit, monkeypatch):
+    monkeypatch.setattr(Session, "running", True)
+    delays = visit.context.session.pacer.delays
+
+    def shown_after(frames):
+        for _ in range(frames):
+            visit.frame()
+        return text(visit, "late")
+
+    assert shown_after(10) == ""
+    delays.count(0.067)
+    assert shown_after(10) == "fell behind the wall clock once, by 67 ms at most"
+    assert shown_after(90) == "fell behind the wall clock once, by 67 ms at most"
+    assert shown_after(10) == "", "100 frames, 5 s"
+    delays.count(0.05)
+    assert shown_after(10) == "fell behind the wall clock 2 times, by 67 ms at most"

@@ -57,7 +57,7 @@ async def test_the_drill_from_its_first_visitor_to_its_second_pass():
     await session.advance_to(11.2)
     assert told(condition(session)) == ("Running", "grey", "X moves to 20 mm, step 2 of 14: X1600", [])
     session.pause()
-    assert told(condition(session)) == ("Paused", "grey", "Press Run: X moves to 20 mm, step 2 of 14: X1600", ["Run*"])
+    assert told(condition(session)) == ("Paused", "grey", "Press Run. X moves to 20 mm, step 2 of 14: X1600", ["Run*"])
     await press(session, "Run")
     await session.advance_to(20.15)
     session.do("table", "estop", "low")
@@ -91,7 +91,7 @@ async def test_a_sequence_that_begins_displaced_says_where_the_axes_stand():
     state = ("Waiting for input 2 (Start)", "blue", f"Press Start. {here}", [])
     assert told(condition(session, running=True)) == state
     session.do("table", "input2", "high")
-    assert condition(session).next == "Press Run: X moves to 60 mm, step 2 of 14: X1600", "displaced, as it says"
+    assert condition(session).next == "Press Run. X moves to 60 mm, step 2 of 14: X1600", "displaced, as it says"
 
 
 async def test_a_journey_a_replay_a_break_and_the_end():
@@ -111,7 +111,7 @@ async def test_a_journey_a_replay_a_break_and_the_end():
     words = "Live from here ends the replay, and the machine can be operated"
     assert told(condition(session)) == ("Replay at 12.4 s", "blue", words, ["Live from here"])
     await press(session, "Live from here")
-    assert told(condition(session))[0::2] == ("Paused", "Press Run: The host sends its program")
+    assert told(condition(session))[0::2] == ("Paused", "Press Run. The host sends its program")
     await session.advance_to(40)
     session.run()
     await press(session, "Restart")

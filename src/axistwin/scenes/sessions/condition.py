@@ -142,7 +142,7 @@ def _paused(session: Session, found: Condition) -> Condition:
     words += f": {session.halted_by}" * bool(session.halted_by)
     does = found.next
     if not session.waiting:
-        does = f"Press Run{': ' if found.kind is Kind.RUNNING else '. '}{does}" if does else "Press Run"
+        does = f"Press Run. {does}" if does else "Press Run"
     return found._replace(kind=Kind.PAUSED, words=words, next=does, buttons=(RUN,), tone=Tone.GREY, pin="")
 
 
