@@ -4,12 +4,14 @@ import asyncio
 from importlib.metadata import version
 from inspect import signature
 from types import SimpleNamespace
+from weakref import WeakValueDictionary
 
 import pytest
-from nicegui import Client, ui
 from nicegui.outbox import Outbox as NiceGuiOutbox
 
 from axistwin.ui.panel.outbound import ELEMENTS_AT_A_TIME, Outbound
+
+from .showing import bench_of, show
 
 
 class Outbox:
@@ -83,10 +85,11 @@ def test_the_insides_of_nicegui_on_which_the_panel_relies():
     assert version("nicegui").rpartition(".")[0] == NICEGUI
     assert list(signature(NiceGuiOutbox.enqueue_update).parameters) == ["self", "element"]
     assert list(signature(NiceGuiOutbox.enqueue_message).parameters) == ["self", "message_type", "data", "target_id"]
-    with Client(ui.page("")) as client:
-        element = ui.label()
-        assert client.outbox.updates is not None
-        links = (element._classes, element._style, element._props)
-        assert all(isinstance(part._change_handlers, list) for part in links)
-        assert isinstance(element._event_listeners, dict)
-    client.delete()
+
+    def play(visit):
+        element = visit.user.client.layout
+        found = [type(part._change_handlers) for part in (element._classes, element._style, element._props)]
+        assert (found, type(element._event_listeners)) == ([list] * 3, dict)
+        assert isinstance(visit.user.client.outbox.updates, WeakValueDictionary)
+
+    show(bench_of("if1"), lambda context: lambda: None, play)
