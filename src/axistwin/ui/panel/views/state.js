@@ -54,5 +54,18 @@ window.axistwinState = (() => {
     }));
   }
 
-  return { attach, show, write, marks };
+  // Opens the menu of lessons, in the terminal of a controller.
+  async function lessons(controller) {
+    const found = (kind, words) => [...document.querySelectorAll(`.talk ${kind}`)].find(
+      (each) => each.getClientRects().length && each.textContent.includes(words));
+    found(".talk-with [role=tab]", controller)?.click();
+    for (let frame = 0; frame < 120; frame += 1) {
+      await new Promise(requestAnimationFrame);
+      const button = found(".terminal-head button", "Lessons");
+      if (button) return button.click();
+      found(".kinds [role=tab][aria-selected=false]", "Terminal")?.click();
+    }
+  }
+
+  return { attach, show, write, marks, lessons };
 })();

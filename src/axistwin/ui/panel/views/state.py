@@ -1,5 +1,6 @@
 """The state in words, in the header, and the next line, which says what moves or what to do."""
 
+import json
 from collections.abc import Awaitable
 from functools import partial
 from math import ceil
@@ -23,8 +24,6 @@ ICONS = {
     Kind.RELEASED: "report", Kind.FAULT: "report", Kind.PAUSED: "pause", Kind.INPUT: "schedule",
     Kind.RUNNING: "play_arrow", Kind.COMMAND: "schedule", Kind.ENDED: "stop",
 }  # fmt: skip
-LESSONS = "document.querySelector('.lessons-button')?.click()"
-"""JavaScript that opens the menu of lessons in the terminal."""
 
 
 class Conditions:
@@ -111,7 +110,7 @@ def _acts(context: Context) -> Refresh:
     def press(place: int) -> Awaitable[None] | None:
         button, name = offered[place], conditions.now.controller
         if button.does == "lessons":
-            ui.run_javascript(LESSONS)
+            ui.run_javascript(f"axistwinState.lessons({json.dumps(name)})")
             return None
         return context.move(lambda: perform(context.session, button, name))
 
