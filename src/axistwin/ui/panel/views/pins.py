@@ -107,7 +107,8 @@ def _volts(context: Context, name: str, pin_name: str) -> Callable[[UserPin], No
     slider = ui.slider(min=0, max=PULLED_UP_VOLTS, step=STEP_V, value=0).classes("volts")
     called(slider, f"{name}-{pin_name}-volts")
     slider.props["aria-label"] = f"{name}.{pin_name} volts"
-    slider.on("update:model-value", moved, throttle=THROTTLE_S)
+    # The last value comes when the slider is let go, not later, when the terminal may have been released.
+    slider.on("update:model-value", moved, throttle=THROTTLE_S, trailing_events=False).on("change", moved)
     figure = called(ui.label().classes("figure"), f"{name}-{pin_name}-figure")
     figure.props["title"] = f"0 to {FULL_SCALE} are 0 to {PULLED_UP_VOLTS:g} V"
 
