@@ -45,7 +45,7 @@ def whole():
 
 
 def test_each_block_is_executed():
-    assert [kind for kind, _ in BLOCKS] == ["python", "talk", "console", *["python"] * 7, "toml"]
+    assert [kind for kind, _ in BLOCKS] == ["python", "talk", "console", "toml", *["python"] * 7, "toml"]
     assert len(METHODS) == 5 and len(PAGE.split()) <= 1200
 
 
@@ -59,31 +59,36 @@ def test_the_commands(folder):
     words = re.findall(r"^\| `(\w.*?)` \|", PAGE.split("… | |")[1].split("\n\n")[0], re.MULTILINE)
     assert words == ["commands stage", "term stage", "serve stage --tcp :5001 --panel 8080", "check stage first.talk"]
     axistwin = ["--device", "stage.py"]
-    assert printed("axistwin --device stage.py commands stage", folder).count("\n") == 5
+    assert printed("axistwin --device stage.py commands stage", folder).count("\n") == 4
     assert printed("axistwin --device stage.py check stage first.talk", folder) == ""
+    assert printed("axistwin --device stage.py check scene.toml && echo fine", folder) == "fine\n"
     with running(*axistwin, *shlex.split(words[2].replace("5001", "0").replace("8080", "0")), cwd=folder) as program:
         assert program.stdout.readline().startswith("panel on http://127.0.0.1:")
         assert listening(program)[0] == "stage"
         ended(program)
     with running(*axistwin, *words[1].split(), "--speed", "max", stdin=-1, cwd=folder) as program:
         out, _ = program.communicate("1PA50\n1TP\n", timeout=300)
-    assert "< 50<CR>" in out
+    assert "< P50<CR>" in out
     assert run("new", folder / "new", "--device", "--yes").code == 0 and "`axistwin new stage --device`" in PAGE
 
 
 def test_the_methods_of_the_page(whole):
     made = on_a_bench(whole, delay=0.5, **{"1": {"home": (300, 400)}})
     controller = made[1]
-    assert ask(*made, b"1PA10000\r1OR\r", 5.11) == b""  # in motion: refused
-    assert ask(*made, b"TE\rTE\r1TP\r") == b"30\r0\r10000\r"
+    assert ask(*made, b"1PA10000\r1OR\r", 5.11) == b"OK\r"  # in motion: refused
+    assert ask(*made, b"TE\rTE\r1TP\r") == b"30\r0\rP10000\r"
     assert ask(*made, b"1OR\r", 20) == b"HOMED\r"  # the switch is left at 401, and the axis moves on by 100
-    assert (controller.axes["1"].position, ask(*made, b"1TP\r")) == (501, b"100\r")
+    assert (controller.axes["1"].position, ask(*made, b"1TP\r")) == (501, b"P100\r")
     assert ask(*made, b"1VA5001\rTE\rNONSENSE\rTE\r") == b"7\r6\r"
-    assert ask(*made, b"2VA50\r2TP\r", 0.51) == b"0\r"  # it waits for the velocity, and its answer comes first
-    assert ask(*made, b"SM\r", 0.1) == b"OK\r" and controller.store.load() == b'{"velocity": 50}'
+    assert ask(*made, b"1PA1.5\rTE\r3PA1\rTE\r") == b"8\r8\r"
+    assert ask(*made, b"2VA50\r2TP\r", 0.51) == b"P0\r"  # it waits for the velocity, and its answer comes first
+    assert ask(*made, b"SM\r", 0.1) == b"OK\r" and controller.store.load() == b'{"1": 2000, "2": 50}'
     controller.pins["gate"].drive(True)
-    assert ask(*made, b"", 2.02) == b"PART\r"  # 100 at 50, with ramps of 0.01 s
+    assert ask(*made, b"") == b"" and ask(*made, b"TS\r") == b"S018\r"
+    assert ask(*made, b"", 2) == b"PART\r"  # 100 at 50, with ramps of 0.01 s
     assert (controller.pins["lamp"].level, controller.read("status"), controller.axes["2"].position) == (True, 16, 100)
+    controller.power_cycle()
+    assert ask(*made, b"2PA50\r", 1.01) == b"OK\r" and controller.axes["2"].position == 150  # at 50/s
 
 
 @pytest.mark.parametrize("check", ["repeated", "power", "distance", "apart", "reachable"])
@@ -103,5 +108,6 @@ def test_the_module():
 
 
 def test_the_entry_point_is_in_the_group():
-    (text,) = (body for kind, body in BLOCKS if kind == "toml")
-    assert tomllib.loads(text) == {"project": {"entry-points": {GROUP: {"stage": "my_stage:Stage"}}}}
+    scene, text = (tomllib.loads(body) for kind, body in BLOCKS if kind == "toml")
+    assert scene["controller"] == [{"model": "stage", "axes": {"1": {"limits": [-500, 20_000], "home": [300, 400]}}}]
+    assert text == {"project": {"entry-points": {GROUP: {"stage": "my_stage:Stage"}}}}
