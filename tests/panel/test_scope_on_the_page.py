@@ -181,7 +181,7 @@ def test_a_trigger_on_an_edge(visit):
     screen_of(visit).span_ns = 2 * S
     visit.choose("scope-place", 0.25)
     visit.frame()
-    assert visit.found("scope-state").text == "waiting for an edge of if1.input1"
+    assert visit.found("scope-state").text == "waiting for an edge of Input 1"
     at_ns = visit.bench.now
     visit.bench["if1"].pins["input1"].drive(True)
     visit.run(3.0)
@@ -237,8 +237,8 @@ def test_cursors_by_clicks_keys_and_buttons_and_what_they_measure(visit):
         visit.frame()
     (row,) = visit.found("scope-readout").rows
     assert row == {
-        "name": "if1.input1", "unit": "", "at": "–", "now": "1", "a": "0", "b": "1", "d": "1", "low": "0", "high": "1",
-        "mean": "0.2",
+        "name": "Input 1", "key": "if1.input1", "unit": "", "at": "–", "now": "1", "a": "0", "b": "1", "d": "1",
+        "low": "0", "high": "1", "mean": "0.2",
     }  # fmt: skip
 
     tell(visit, do="key", key="Escape")
@@ -367,3 +367,19 @@ def test_it_is_saved_as_a_file(mark, begins):
         return answer.content
 
     assert show(bench_of("if1"), scope, play).startswith(begins)
+
+
+@shown(scope, build=with_unit)
+def test_a_signal_has_one_name_in_lanes_lists_and_measurements(visit):
+    screen = screen_of(visit)
+    screen.show(["if1.X.velocity", "if1.input2"])
+    visit.choose("scope-measures", True)
+    for _ in range(5):
+        visit.frame()
+    assert [row["name"] for row in visit.found("scope-readout").rows] == ["X velocity", "Input 2 from output 1"]
+    assert [(lane["title"], lane["note"]) for lane in frame(screen)["signals"]] == [
+        ("X velocity", ""), ("Input 2", "from output 1")]  # fmt: skip
+    assert visit.found("scope-trigger-signal").options == {
+        "": "", "if1.X.velocity": "X velocity", "if1.input2": "Input 2 from output 1"}  # fmt: skip
+    visit.choose("scope-search", "input 2 from")
+    assert visit.found("scope-box-if1.input2").text == "Input 2 from output 1"

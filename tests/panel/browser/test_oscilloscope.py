@@ -35,7 +35,7 @@ def span(scope):
 def test_signals_are_chosen_from_a_list(panel, scope):
     panel.open("Signals", scope)
     panel.field("Search").fill(f"{panel.facts.who}.{panel.facts.pin}")
-    box = panel.page.get_by_role("checkbox", name=f"{panel.facts.who}.{panel.facts.pin}", exact=True)
+    box = panel.page.get_by_role("checkbox", name=panel.facts.lane, exact=True)
     expect(box).to_be_checked()
     click(box)
     expect(lanes(scope)).to_have_count(1)
@@ -117,7 +117,7 @@ def test_saving(panel, scope):
 def test_a_trigger(panel, scope):
     panel.open("Trigger: off", scope)
     panel.choose("Trigger", "single")
-    panel.choose("on", f"{panel.facts.who}.{panel.facts.pin}")
+    panel.choose("on", panel.facts.lane)
     panel.choose("edge", "either")
     panel.page.get_by_role("spinbutton", name="at").fill("0.5")
     press(thumb(panel.page.get_by_role("slider", name="place of the edge")), "ArrowRight")

@@ -87,17 +87,20 @@ class Facts:
     moving: str
     """Sentence that comes true in the middle of a motion."""
     pin: str
-    """Name of an unconnected input."""
+    """Name of an unconnected input; `lane`: its name on the oscilloscope."""
+    lane: str
     says: str
     """Command that is typed at a terminal; `answer`: the controller's answer."""
     answer: str
 
 
 FACTS = {
-    "drill": Facts(who="table", axis="X", moving="table.X passes 1000", pin="input3", says="N", answer="0CR"),
-    "winder": Facts(who="traverse", axis="motor", moving="traverse.motor passes 1000", pin="trigger2",
+    "drill": Facts(who="table", axis="X", moving="table.X passes 1000", pin="input3", lane="Input 3",
+                   says="N", answer="0CR"),
+    "winder": Facts(who="traverse", axis="motor", moving="traverse.motor passes 1000", pin="trigger2", lane="Trigger 2",
                     says="position_from_absolute_zero", answer=""),
-    "cut-to-length": Facts(who="knife", axis="shaft", moving="feeder.X passes 1000", pin="F", says="RP", answer="CR"),
+    "cut-to-length": Facts(who="knife", axis="shaft", moving="feeder.X passes 1000", pin="F", lane="knife F",
+                           says="RP", answer="CR"),
 }  # fmt: skip
 
 

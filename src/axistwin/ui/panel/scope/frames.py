@@ -58,7 +58,7 @@ def _signal(screen: Screen, name: str, from_ns: int, to_ns: int, *, folded: bool
     track = screen.record.tracks.get(name)
     meaning = screen.recorder.meanings.get(name, PLAIN)
     told = {
-        "name": name, "title": screen.titles.get(name) or meaning.title or name, "note": meaning.note, "folded": folded,
+        "name": name, "title": screen.title(name), "note": meaning.note, "folded": folded,
         "numbers": track is not None and track.kind in (COUNT, REAL), "data": "", "range": "", "now": "", "unit": "",
         "zero": None, "text": isinstance(track, Words), "words": [],
     }  # fmt: skip

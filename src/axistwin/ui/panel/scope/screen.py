@@ -4,7 +4,7 @@ A live screen shows the newest data, or the edge found by the trigger.  A paused
 while the bench continues to run.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from weakref import WeakSet
 
@@ -12,6 +12,7 @@ from axistwin.core.errors import UsageError
 from axistwin.core.units import US, S
 from axistwin.records.traces.signals import COUNT, LEVEL, REAL, TEXT, Signal, choose
 from axistwin.ui.panel.scope.cursors import nearest_edge, next_edge
+from axistwin.ui.panel.scope.meaning import PLAIN
 from axistwin.ui.panel.scope.recorder import Record, Recorder
 from axistwin.ui.panel.scope.tracks import Track
 from axistwin.ui.panel.scope.triggers import AUTO, OFF, SINGLE, Trigger
@@ -79,6 +80,14 @@ class Screen:
         self.recorder.watchers.append(self._find_first)
 
     # Signals
+
+    def title(self, name: str) -> str:
+        """Return the title of a signal's lane, e.g. `Input 1`."""
+        return self.titles.get(name) or self.recorder.meanings.get(name, PLAIN).title or name
+
+    def called(self, name: str) -> str:
+        """Return title and note of a signal's lane, e.g. `Input 1 Drill down`."""
+        return f"{self.title(name)} {self.recorder.meanings.get(name, PLAIN).note}".strip()
 
     def choose(self, patterns: Sequence[str]) -> None:
         """Show all signals that match patterns.  Raises UsageError for too many, or for a pattern without a match."""
@@ -275,8 +284,18 @@ def first_choice(signals: Sequence[Signal]) -> list[str]:
     return [*motion, *said[:2], *levels][: FIRST_SHOWN - 1]
 
 
-def searched(signals: Sequence[Signal], text: str) -> list[Signal]:
-    """Return the signals that match a search field: patterns or parts of names, separated by commas."""
+def searched(signals: Sequence[Signal], text: str, called: Callable[[str], str] = lambda name: "") -> list[Signal]:
+    """Return the signals that match a search field: patterns or parts of names, separated by commas.
+
+    `called`: returns a signal's name on the page, parts of which are found, too.
+    """
     words = [word.strip() for word in text.split(",") if word.strip()]
     patterns = [word if any(sign in word for sign in "*?") else f"*{word}*" for word in words] or ["*"]
-    return [s for s in signals if s.full in words or any(s.matches(pattern) for pattern in patterns)]
+    parts = [word.lower() for word in words]
+    return [
+        s
+        for s in signals
+        if s.full in words
+        or any(s.matches(pattern) for pattern in patterns)
+        or any(part in called(s.full).lower() for part in parts)
+    ]

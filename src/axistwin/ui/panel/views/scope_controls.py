@@ -83,7 +83,7 @@ def head(screen: Screen, runs: Callable[[], bool]) -> Refresh:
 def _state(screen: Screen, runs: bool) -> str:
     if screen.waiting:
         on = screen.trigger.signal
-        return f"waiting for an edge of {on}" if on else "the trigger has no signal"
+        return f"waiting for an edge of {screen.called(on)}" if on else "the trigger has no signal"
     frozen = "" if screen.frozen is None else "frozen; the bench runs" if runs else "frozen"
     if screen.begin_ns <= max(screen.edges[0], 0):
         return frozen
@@ -187,7 +187,7 @@ def _lanes(screen: Screen) -> Callable[..., None]:
                 fold = ui.switch("fold", value=name in screen.folded_now).props(f"dense aria-label='fold {name}'")
                 fold.on_value_change(lambda event, n=name: screen.folded.update({n: bool(event.value)}))
                 fold.mark(f"scope-fold-{name}")
-                title = ui.input(name, value=screen.titles.get(name, "")).props("dense outlined")
+                title = ui.input(screen.called(name), value=screen.titles.get(name, "")).props("dense outlined")
                 title.on_value_change(lambda event, n=name: rename(n, event.value or ""))
                 title.mark(f"scope-title-{name}")
 
@@ -215,10 +215,11 @@ def _list(screen: Screen) -> None:
 
     @ui.refreshable
     def found() -> None:
-        signals = searched(list(screen.recorder.signals.values()), search.value or "")
+        signals = searched(list(screen.recorder.signals.values()), search.value or "", screen.called)
         for signal in signals[:MOST_FOUND]:
             breathe()
-            box = ui.checkbox(signal.full, value=signal.full in screen.names)
+            box = ui.checkbox(screen.called(signal.full), value=signal.full in screen.names)
+            box.props["title"] = signal.full
             box.on_value_change(lambda event, name=signal.full: set_shown(name, bool(event.value)))
             box.props("dense").mark(f"scope-box-{signal.full}")
         if len(signals) > MOST_FOUND:
@@ -292,9 +293,10 @@ def kept(element: ValueElement[Any], owner: object, name: str, then: Callable[[]
     return refresh
 
 
-def _names(screen: Screen) -> list[str]:
+def _names(screen: Screen) -> dict[str, str]:
     signal = screen.trigger.signal
-    return ["", *screen.names, *([signal] if signal and signal not in screen.names else [])]
+    names = [*screen.names, *([signal] if signal and signal not in screen.names else [])]
+    return {"": ""} | {name: screen.called(name) for name in names}
 
 
 def activate(screen: Screen, which: str) -> None:
@@ -342,7 +344,7 @@ def measuring(screen: Screen, shows_numbers: Callable[[], bool]) -> Refresh:
             breathe()
             ui.button("Clear", on_click=lambda: clear_cursors(screen)).props(FLAT).mark("scope-clear")
         breathe()
-        table = ui.table(columns=COLUMNS, rows=[], row_key="name")
+        table = ui.table(columns=COLUMNS, rows=[], row_key="key")
         table.props("dense flat hide-pagination :rows-per-page-options=[0]").classes("scope-readout").mark(
             "scope-readout"
         )
@@ -375,7 +377,8 @@ def _times(screen: Screen) -> str:
 
 def _row(screen: Screen, name: str) -> dict[str, str]:
     track = screen.record.tracks.get(name)
-    row = dict.fromkeys(("at", "now", "a", "b", "d", "low", "high", "mean"), UNKNOWN) | {"name": name}
+    row = dict.fromkeys(("at", "now", "a", "b", "d", "low", "high", "mean"), UNKNOWN)
+    row |= {"name": screen.called(name), "key": name}
     meaning = screen.recorder.meanings.get(name, PLAIN)
     row["unit"] = meaning.unit
     if track is None:
