@@ -80,7 +80,7 @@ def test_values_at_the_pointer_have_units(visit):
     row, other = visit.found("scope-readout").rows
     assert (row["unit"], row["at"], row["now"]) == ("pulses", "-1000 (-12.50 mm)", "-2000 (-25.00 mm)")
     assert (other["unit"], other["at"]) == ("", other["now"])
-    assert visit.found("scope-times").text == "pointer 1.000500000 s"
+    assert visit.found("scope-times").text == "pointer 1.000 s"
     assert frame(screen_of(visit))["signals"][0]["range"] == "\u221226.00 … 0.00"
     assert frame(screen_of(visit))["signals"][0]["now"] == "\u221212.50"
     tell(visit, do="hover", place=None)
@@ -230,7 +230,10 @@ def test_cursors_by_clicks_keys_and_buttons_and_what_they_measure(visit):
     assert cursors.a_ns == 4 * S
     for _ in range(5):
         visit.frame()
-    assert "B − A 1 s   1/(B − A) 1 Hz   A moves" in visit.found("scope-times").text
+    assert (
+        "A: Input 1 high at 4.000 s   B: 5.000 s   B − A 1 s   1/(B − A) 1 Hz   A moves"
+        in visit.found("scope-times").text
+    )
     visit.press("scope-edge-before")
     assert cursors.a_ns == 0
     for _ in range(5):
@@ -383,3 +386,31 @@ def test_a_signal_has_one_name_in_lanes_lists_and_measurements(visit):
         "": "", "if1.X.velocity": "X velocity", "if1.input2": "Input 2 from output 1"}  # fmt: skip
     visit.choose("scope-search", "input 2 from")
     assert visit.found("scope-box-if1.input2").text == "Input 2 from output 1"
+
+
+@shown(scope, "if1")
+def test_a_click_that_snaps_says_to_what(visit):
+    screen = screen_of(visit)
+    screen.show(["if1.input1", "if1.X.pulses"])
+    visit.run(3)
+    visit.bench["if1"].pins["input1"].drive(True)
+    visit.bench["if1"].axes["X"].start(Profile([Segment(Fraction(1), Fraction(1))]), 1)  # one pulse, a second later
+    visit.run(2.0)
+    screen.span_ns = 4 * S  # 1 s to 5 s
+
+    def told(place):
+        tell(visit, do="click", place=place)
+        for _ in range(5):
+            visit.frame()
+        return visit.found("scope-times").text
+
+    assert told(0.501) == "A: Input 1 high at 3.000 s"
+    screen.cursors.active = "a"
+    assert told(0.749).startswith("A: X position 1 pulses at 4.000 s")
+    screen.cursors.active = "a"
+    assert told(0.25) == "A: 2.000 s"
+    screen.span_ns = S // 1000  # a millisecond: a pixel is about a microsecond
+    tell(visit, do="click", place=0.5)
+    for _ in range(5):
+        visit.frame()
+    assert "B: 4.999500 s" in visit.found("scope-times").text

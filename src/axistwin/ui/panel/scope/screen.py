@@ -6,15 +6,16 @@ while the bench continues to run.
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
+from math import isnan
 from weakref import WeakSet
 
 from axistwin.core.errors import UsageError
 from axistwin.core.units import US, S
 from axistwin.records.traces.signals import COUNT, LEVEL, REAL, TEXT, Signal, choose
-from axistwin.ui.panel.scope.cursors import nearest_edge, next_edge
+from axistwin.ui.panel.scope.cursors import nearest_edge, next_edge, value_at
 from axistwin.ui.panel.scope.meaning import PLAIN
 from axistwin.ui.panel.scope.recorder import Record, Recorder
-from axistwin.ui.panel.scope.tracks import Track
+from axistwin.ui.panel.scope.tracks import Track, Words
 from axistwin.ui.panel.scope.triggers import AUTO, OFF, SINGLE, Trigger
 
 SHORTEST_NS, LONGEST_NS = US, 10_000_000 * S
@@ -261,6 +262,19 @@ class Screen:
         at_ns = self.cursors.active_ns
         moved_ns = self.time_at(0.5) if at_ns is None else at_ns + pixels * max(self.span_ns // self.pixels, 1)
         self.cursors.set(self.cursors.active, moved_ns)
+
+    def changed_at(self, time_ns: int) -> str:
+        """Return what changes at exactly this time, e.g. `Input 1 high`; "" if nothing does.  Numbers come last."""
+        for name in sorted(self.tracks, key=lambda name: self.tracks[name].kind in (COUNT, REAL)):
+            track, meaning = self.tracks[name], self.recorder.meanings.get(name, PLAIN)
+            if isnan(value := value_at(track, time_ns)) or time_ns not in track.rows(time_ns, time_ns + 1).begin:
+                continue
+            if isinstance(track, Words):
+                return f"{self.title(name)}: {track.at(time_ns)}"
+            if track.kind in (COUNT, REAL):
+                return f"{self.title(name)} {meaning.number(value)} {meaning.shown_unit}".rstrip()
+            return f"{self.title(name)} {'high' if value else 'low'}"
+        return ""
 
     def jump_cursor(self, forward: bool) -> None:
         at_ns = self.cursors.active_ns

@@ -2,7 +2,7 @@
 
 from bisect import bisect_left
 from collections.abc import Awaitable, Callable
-from math import isnan
+from math import ceil, isnan, log10
 from typing import Any
 
 from nicegui import ui
@@ -365,14 +365,25 @@ def measuring(screen: Screen, shows_numbers: Callable[[], bool]) -> Refresh:
 
 def _times(screen: Screen) -> str:
     a_ns, b_ns = screen.cursors.a_ns, screen.cursors.b_ns
-    active = f"{screen.cursors.active.upper()} moves"
-    told = [f"{name} {to_seconds(at):.9f} s" for name, at in (("A", a_ns), ("B", b_ns)) if at is not None]
+    active = f"{screen.cursors.active.upper()} moves" if b_ns is not None else ""
+    told = [f"{name}: {_moment(screen, at)}" for name, at in (("A", a_ns), ("B", b_ns)) if at is not None]
     if screen.pointer is not None:
-        pointer = f"pointer {to_seconds(screen.time_at(screen.pointer)):.9f} s"
+        pointer = f"pointer {_seconds(screen, screen.time_at(screen.pointer))}"
         told, active = [pointer, *told], active if told else ""
     if a_ns is not None and b_ns is not None:
         told += [f"B − A {duration(b_ns - a_ns)}", f"1/(B − A) {rate(b_ns - a_ns)}"]
     return "   ".join(filter(None, [*told, active])) if told else ""
+
+
+def _moment(screen: Screen, time_ns: int) -> str:
+    changed, seconds = screen.changed_at(time_ns), _seconds(screen, time_ns)
+    return f"{changed} at {seconds}" if changed else seconds
+
+
+def _seconds(screen: Screen, time_ns: int) -> str:
+    """Return a time with the decimals that tell two pixels of the screen apart, at least milliseconds."""
+    decimals = min(max(ceil(12 - log10(screen.span_ns)), 3), 9)
+    return f"{to_seconds(time_ns):.{decimals}f} s"
 
 
 def _row(screen: Screen, name: str) -> dict[str, str]:
