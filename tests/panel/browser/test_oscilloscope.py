@@ -87,7 +87,7 @@ def test_lanes_and_overlaid_and_what_cursors_measure(panel, scope):
     expect(times).to_have_text("")
     box = plot.bounding_box()
     for part in (0.3, 0.6):
-        plot.click(position={"x": 240 + (box["width"] - 240) * part, "y": 30})
+        plot.click(position={"x": 256 + (box["width"] - 256) * part, "y": 30})
     expect(times).to_contain_text("B − A")
     panel.open("Cursors", scope)
     click(panel.page.get_by_role("switch", name="to edges"))
