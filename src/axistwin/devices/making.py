@@ -278,7 +278,7 @@ class Hardware:
             wanted = {name: request.values[name] for name in request.entry.wanted}
             result = request.entry.handler(device, **wanted)  # type: ignore[misc]  # all entries have handlers
         except Refused as reason:
-            self._refuse(data, reason, entry or reason.entry)
+            self._refuse(data, reason, entry or (reason.entry if reason.why is Why.RANGE else None))
             return
         except Exception as error:  # noqa: BLE001  # an error of a device must not end the bench
             self._refuse(data, _bug(self.kind, error), entry)

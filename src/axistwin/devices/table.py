@@ -229,7 +229,7 @@ def command(
     float, word, text and choices such as `{side:L|R}`, `{axis}` is the name of an axis, and a part in brackets may be
     missing (None).  For datagrams: fields of one value, then the others, e.g. `"code=4 type=0 {motor:int 0..2}
     {value:int}"`.  `section`: that of the manual.  `blocks`: later requests wait until a procedure has ended.
-    `after`: seconds until the answer begins.
+    `after`: seconds until the answer, or that of `refused`, begins, from the end of a procedure.
 
     The method returns the answer: text, a number or bytes, fields of a datagram, or None for silence.  As a generator
     it is a procedure: it yields events, e.g. `self.after(0.2)` or `axis.done`, and returns its answer at its end.
