@@ -222,6 +222,9 @@ SCENES = (
           "wire pins C and D to ground, or make them inputs, and clear the fault: type  UCI UDI ZS", ("G",)),
     Scene("smartmotor", "the plus limit is active (Bp): "
           "wire pin C to ground, or make it an input, and clear the fault: type  UCI ZS", ("UDI ZS", "G")),
+    Scene("smartmotor", "the plus limit is active (Bp): "
+          "wire pin C to ground, or make it an input, and clear the fault: type  UCI ZS",
+          ("SLN=-900 SLP=900 SLE", "G")),
     Scene("smartmotor", "the minus limit is active (Bm): wire pin D to ground", ("UCI ZS", "G")),
     Scene("smartmotor", "the plus limit is active (Bp): type  :drive C low  and then  ZS",
           ("UDI ZS A=100 V=100000 MP", ":drive C high", "P=300 G")),

@@ -25,7 +25,7 @@ class SmartMotorReasons(Reasons):
     """Says why a SmartMotor does not move."""
 
     suggestions = (
-        ("A=100 V=100000 MP", "acceleration, velocity, mode position"), ("P=4000 G", "go to position 4000"),
+        ("MP P=4000 G", "go to position 4000"), ("P=0 G", "go back to position 0"),
         ("RP", "report the position"), ("RW", "report the status word"), ("OFF", "servo off"),
     )  # fmt: skip
 
@@ -46,7 +46,7 @@ class SmartMotorReasons(Reasons):
             return
         flags = {lamp.label for lamp in self.lamps("RW") if int(self.value("RW")) >> (lamp.bit or 0) & 1}
         active = [limit for limit in LIMITS if limit[0] in flags]
-        if len(active) > 1 and all(self._open(pin) for _, pin, _, _ in active):
+        if len(active) > 1 and not self.value("SLE") and all(self._open(pin) for _, pin, _, _ in active):
             yield self._both()
         else:
             yield from dict.fromkeys(self._limited(*limit) for limit in active)
@@ -107,7 +107,7 @@ class SmartMotorReasons(Reasons):
 
     def _open(self, name: str) -> bool:
         pin = self.controller.pins[name]
-        return not (pin.held or pin.driven or pin.wired or self.value("SLE"))
+        return not (pin.held or pin.driven or pin.wired)
 
     @property
     def _at_start(self) -> Cause:
