@@ -56,6 +56,7 @@ class Judge:
         self._accepted: dict[str, tuple[object, object]] = {}  # The twin's and the machine's answer, where they differ.
         self._offsets: dict[str, int] = {}  # The machine's number minus the twin's.
         self._positions: dict[str, int] = {}
+        self._started_ns = 0  # The time of the last command that may begin a motion.
         self._manual = False
         self._retaken: set[str] = set()  # Commands whose position was read since a person has moved the axes.
         self._told: set[str] = set()  # Commands whose position was a finding.
@@ -83,11 +84,12 @@ class Judge:
         for switch in self._switches.values():
             switch.stops = 0
 
-    def heard(self, command: Command) -> None:
+    def heard(self, time_ns: int, command: Command) -> None:
         if self._dialect.machine_positions:
             self._manual = True
             self._retaken.clear()
         if command.starts:
+            self._started_ns = time_ns
             self._begun, self._at_limit, self._excused = True, False, False
 
     def tick(self, now_ns: int) -> None:
@@ -144,7 +146,7 @@ class Judge:
 
         What tells why the machine stops, the twin must know soon; nothing changes while both rest.
         """
-        if self.rested(twin):
+        if self.rested(twin) or self._comes_to_rest(twin):
             return 0
         return SOON_NS if self._stops(machine, twin) else AROUND_NS
 
@@ -177,8 +179,15 @@ class Judge:
 
     def rested(self, twin: Answer) -> bool:
         """Return True if both rest, as far as the answers up to now say; to be asked at the time of the answer."""
+        return not twin.busy and self._machine_rests()
+
+    def _comes_to_rest(self, twin: Answer) -> bool:
+        """True if the machine stands at a limit switch, and the twin is about to, at a known place."""
+        return bool(twin.total) and twin.busy and self._at_limit and self._machine_rests()
+
+    def _machine_rests(self) -> bool:
         move = self._moves.now
-        return not twin.busy and (move is None or move.clear_ns is not None)
+        return move is None or move.clear_ns is not None
 
     def differing(self, machine: Answer, twin: Answer, *, rested: bool = False) -> bool:
         """Judge a difference; return True if the twin's time has gone on meanwhile, by a private request."""
@@ -204,7 +213,8 @@ class Judge:
         """Busy or clear: usually a matter of when a move ends, which `moves` measures."""
         at_ns, twin = _asked_ns(machine), self._dialect.twin
         move = self._moves.now
-        meant = move is not None and move.began_ns < at_ns and not self._dialect.machine_positions
+        meant = move is not None and move.began_ns < at_ns and self._started_ns < machine.time_ns
+        meant = meant and not self._dialect.machine_positions
         if not busy and meant and twin.busy and twin.left_ns > AROUND_NS:
             self._stop(command, machine)
         if not busy or self._moves.now is not None or self._moves.moved(at_ns - 2 * S, at_ns + AROUND_NS):
@@ -258,8 +268,9 @@ class Judge:
             self._differs(command, machine, twin)
 
     def _take(self, command: Command, machine: Answer, twin: Answer) -> bool:
-        since_ns, busy = self._moves.edges[-1]
-        if busy and since_ns > machine.time_ns:  # The twin moves again: what it says now belongs to the next motion.
+        if (
+            self._dialect.twin.busy and self._started_ns > machine.time_ns
+        ):  # The twin moves again: what it says now belongs to the next motion.
             self._unlearn()
             return True
         axis, direction = self._dialect.twin.busiest()
@@ -268,6 +279,8 @@ class Judge:
         self._twin_private |= self._dialect.twin.now != before_ns
         for taken in found:
             self._tell(command, taken, machine)
+            if taken.subject == "clear" and self._started_ns >= machine.time_ns and self._moves.command is not None:
+                self._dialect.twin.write(self._moves.command.data)  # The twin has refused it.
             if "limit" in taken.subject and taken.stops:
                 self._at_limit = True
                 halted = self._halted if machine.time_ns - self._halted_ns < SUSPECT_NS else None
@@ -311,6 +324,10 @@ class Judge:
     ) -> None:
         assert theirs.position is not None and ours.position is not None
         name, by = command.name, theirs.position - ours.position
+        if self._comes_to_rest(twin) and not theirs.encoder:
+            # The twin still comes to rest at the switch, where the machine stands: compare where both stop.
+            by = theirs.position - (twin.total if theirs.ahead else ours.position + twin.left)
+            rested = True
         off = min(abs(by), abs(by - self._offsets.get(name, 0)))
         before, self._positions[name] = self._positions.get(name), theirs.position
         if not rested and self._in_motion(machine):

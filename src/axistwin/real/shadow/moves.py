@@ -78,7 +78,8 @@ class Moves:
 
     def _began(self, now_ns: int) -> None:
         move = self.now
-        if move is not None and move.ended_ns is not None and now_ns - move.ended_ns <= SAME_NS:
+        same = move is not None and move.command is self.command
+        if same and move is not None and move.ended_ns is not None and now_ns - move.ended_ns <= SAME_NS:
             move.ended_ns = None
             return
         if move is not None:

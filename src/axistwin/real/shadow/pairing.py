@@ -22,10 +22,12 @@ class Side:
         self.owed.clear()
         self.waiting.clear()
 
-    def take(self, time_ns: int, data: bytes, speed: float = 0.0, busy: bool = False) -> Answer:
+    def take(
+        self, time_ns: int, data: bytes, speed: float = 0.0, busy: bool = False, total: int = 0, left: int = 0
+    ) -> Answer:  # fmt: skip
         """Add an answer, to the request that waits for longest."""
         asked = self.owed.popleft() if self.owed else None
-        answer = Answer(time_ns, data, asked, speed, busy)
+        answer = Answer(time_ns, data, asked, speed, busy, total, left)
         self.waiting.append(answer)
         return answer
 

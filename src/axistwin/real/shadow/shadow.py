@@ -100,7 +100,7 @@ class Shadow:
     def _follow(self, time_ns: int, data: bytes) -> None:
         for command in self.dialect.commands(data):
             self._pairing.ask(time_ns, command, echo=self.dialect.echo)
-            self.judge.heard(command)
+            self.judge.heard(time_ns, command)
             if command.starts:
                 self.moves.start(command)
         self.twin.write(data)
@@ -165,7 +165,7 @@ class Shadow:
 
     def _twin_says(self, time_ns: int, data: bytes) -> None:
         if self.following:
-            self._pairing.twin.take(time_ns, data, self.twin.speed, self.twin.busy)
+            self._pairing.twin.take(time_ns, data, self.twin.speed, self.twin.busy, *self.twin.pulses)
 
     def _both(self, machine: Answer, twin: Answer) -> None:
         self.pairs += 1

@@ -34,13 +34,18 @@ class Asked(NamedTuple):
 
 
 class Answer(NamedTuple):
-    """One message of a controller.  `speed`, `busy`: of the twin's axes at this time."""
+    """One message of a controller.  Of the twin at this time: `speed`, `busy`, and the end of the present move.
+
+    `total`: the pulses of the whole move; `left`: those that remain, negative if it goes back.
+    """
 
     time_ns: int
     data: bytes
     asked: Asked | None = None
     speed: float = 0.0
     busy: bool = False
+    total: int = 0
+    left: int = 0
 
 
 class Messages:

@@ -124,6 +124,16 @@ class Twin:
         return max((end - self.bench.now for end in ends if end is not None), default=S if ends else 0)
 
     @property
+    def pulses(self) -> tuple[int, int]:
+        """All pulses of the present move of a stepper, and the signed number of those that remain."""
+        axis = self.controller.axes[self.busiest()[0]]
+        if not isinstance(axis, StepperAxis) or axis.train.move.profile.pulses is None:
+            return 0, 0
+        move = axis.train.move
+        total = int(move.profile.pulses or 0)
+        return total, move.direction * (total - move.profile.pulses_by(self.bench.now - move.start_ns))
+
+    @property
     def _axes(self) -> list[Axis]:
         return list(self.controller.axes.values())
 
