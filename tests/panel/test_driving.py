@@ -104,6 +104,24 @@ async def test_back_in_time_and_live_from_there(visit):
 
 
 @shown(driving, "if1")
+async def test_a_step_back_ends_at_0(visit):
+    session = visit.context.session
+    type_into(visit, "until", "if1.led falls")
+    await visit.until(lambda: not session.running)
+    assert 0 < session.seconds < 10
+    visit.press("step-back")
+    await visit.until(lambda: session.seconds == 0 and not session.busy)
+
+
+@shown(driving, "if1")
+def test_the_menu_has_what_a_narrow_header_leaves_out(visit):
+    visit.press("if1-power-more")
+    assert not visit.bench["if1"].powered
+    assert visit.found("restart-more").text == "Restart"
+    assert visit.found("timeline-more").props["max"] > 0
+
+
+@shown(driving, "if1")
 async def test_a_frame_does_not_move_a_slider_that_the_user_holds(visit):
     session, slider = visit.context.session, visit.found("timeline")
     type_into(visit, "until", "if1.led falls")

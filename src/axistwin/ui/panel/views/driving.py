@@ -33,6 +33,7 @@ SHOWN = "(event) => emit(event.currentTarget.dataset.shown)"
 FLAT = "flat dense no-caps"
 OUTLINE = "outline dense no-caps"
 SELDOM = 10  # Number of frames between two updates of the timeline.
+FAR_S = 10.0  # Time of a long step back or on.
 MOST_MARKS = 60
 
 
@@ -52,7 +53,8 @@ def driving(context: Context) -> Refresh:
         breathe()
         views += _made(context, _speed)
     show_keys = keys(lambda key, shown: _drive(context, shown, button) if key == " " else _key(context, key))
-    views += _made(context, _timeline, partial(more, show_keys=show_keys))
+    views += _made(context, _timeline, partial(more, show_keys=show_keys, without_room=_without_room))
+    ui.on("timeline", lambda event: _by_key(context, event))
     return together(*views)
 
 
@@ -77,9 +79,7 @@ def _made(context: Context, *views: Callable[[Context], Refresh]) -> Iterator[Re
 def _run(context: Context) -> tuple[ui.button, Refresh]:
     button = ui.button().props(OUTLINE).classes("run").mark("run")
     button.on("click", lambda event: _drive(context, event.args, button), js_handler=SHOWN)
-    restart = ui.button("Restart", icon="replay", on_click=lambda: context.touch(context.session.restart))
-    restart.props(OUTLINE).classes("restart").mark("restart")
-    restart.tooltip("begin again at 0 s and run; the recording is discarded, see Undo")
+    _restart(context, "restart")
 
     def refresh() -> None:
         text = "Stop" if context.actions.busy else "Pause" if context.session.running else "Run"
@@ -90,6 +90,22 @@ def _run(context: Context) -> tuple[ui.button, Refresh]:
             button.props(look[text != "Run"], remove=look[text == "Run"])
 
     return button, refresh
+
+
+def _restart(context: Context, mark: str) -> None:
+    button = ui.button("Restart", icon="replay", on_click=lambda: context.touch(context.session.restart))
+    button.props(OUTLINE).classes("restart").mark(mark)
+    button.tooltip("begin again at 0 s and run; the recording is discarded, see Undo")
+
+
+def _without_room(context: Context) -> Refresh:
+    """Build what a narrow header leaves out, for the menu: power, Restart and the timeline."""
+    with ui.element("div").classes("without-room"):
+        with ui.element("div").classes("ident"):
+            views = [power(context, name, mark=f"{name}-power-more") for name in context.bench.controllers]
+        _restart(context, "restart-more")
+        views.append(_timeline(context, "-more"))
+    return together(*views)
 
 
 def _drive(context: Context, shown: object, button: ui.button) -> None:
@@ -115,6 +131,10 @@ def _steps(context: Context) -> None:
             with item.props(f'role=menuitem title="run until {what}"'):
                 ui.label(f"to the next {kind}")
                 ui.label(kind[0]).classes("key")
+        breathe()
+        back = ui.menu_item(on_click=lambda: _move_by(context, -FAR_S)).props("role=menuitem").mark("step-back")
+        with back:
+            ui.label(f"{FAR_S:g} s back")
 
 
 def _step(context: Context, kind: str) -> Awaitable[None] | None:
@@ -192,13 +212,24 @@ def _change_speed(context: Context, by: int) -> None:
 # Time
 
 
-def _timeline(context: Context) -> Refresh:
+def _by_key(context: Context, event: events.GenericEventArguments) -> Awaitable[None] | None:
+    by_s = event.args.get("by") if isinstance(event.args, dict) else None
+    return _move_by(context, by_s) if by_s in (-FAR_S, -1, 1, FAR_S) else None
+
+
+def _move_by(context: Context, by_s: float) -> Awaitable[None] | None:
+    session = context.session
+    return context.move(lambda: session.go_to(min(max(session.seconds + by_s, 0.0), session.recorded_seconds)))
+
+
+def _timeline(context: Context, suffix: str = "") -> Refresh:
     with ui.element("div").classes("past"):
         marks = ui.element("div").classes("marks").props("aria-hidden=true")
-        slider = ui.slider(min=0, max=1, step=0.001).props('aria-label="moment, in seconds"')
-        slider.classes("timeline").mark("timeline")
+        slider = ui.slider(min=0, max=1, step=0.001).props('aria-label="moment, in seconds" thumb-size=14px')
+        slider.classes("timeline").mark(f"timeline{suffix}")
         ui.label("0 s").classes("from")
-        words = ui.label().classes("to").mark("time-words")
+        words = ui.label().classes("to").mark(f"time-words{suffix}")
+        ui.element("div").classes("pointed").props("aria-hidden=true")
     held = False  # True while the user holds the slider: no frame resets the value before the user releases it.
     shown: object = None
 

@@ -24,12 +24,12 @@ TERMS = {
 CELSIUS = (-40, 150)
 
 
-def power(context: Context, name: str) -> Refresh:
+def power(context: Context, name: str, mark: str = "") -> Refresh:
     def turn() -> None:
         word = "off" if context.bench[name].powered else "on"
         context.touch(partial(context.session.do, name, "power", word))
 
-    key = called(Key("Power off", f"power of {name}", turn).classes("power"), f"{name}-power")
+    key = called(Key("Power off", f"power of {name}", turn).classes("power"), mark or f"{name}-power")
     whose = f"{name}: " if len(context.bench.controllers) > 1 else ""
 
     def refresh() -> None:

@@ -12,7 +12,8 @@ KEYS = {
 }  # fmt: skip
 ELSEWHERE = {
     "Tab, Shift-Tab": "move the focus to the next or previous control", "Enter": "send the typed text",
-    "arrows": "move the slider, joystick, program line or oscilloscope that has the focus",
+    "arrows": "move the slider, joystick, program line or oscilloscope that has the focus; the timeline by 1 s, with "
+    "Shift by 10 s",
 }  # fmt: skip
 
 

@@ -21,16 +21,18 @@ FIELD = "dense outlined"
 NAME = "more controls"
 
 
-def more(context: Context, show_keys: Callable[[], object]) -> Refresh:
+def more(context: Context, show_keys: Callable[[], object], without_room: Callable[[Context], Refresh]) -> Refresh:
     """Build the button and its menu; while somebody else drives, the button says who."""
     button = ui.button(icon="more_vert").props("flat dense no-caps").classes("more").mark("more")
     colours = darkness(context)  # Outside of the menu, whose contents a browser makes when it is opened.
     with button, ui.menu().props(f'no-focus role=dialog aria-label="{NAME}"').classes("pop more-menu"):
+        shown = [without_room(context)]
+        breathe()
         _moment(context)
         breathe()
         _until(context)
         breathe()
-        shown = [_breaks(context)]
+        shown.append(_breaks(context))
         breathe()
         live = ui.button("Live from here", icon="sensors", on_click=lambda: context.touch(context.session.forget_rest))
         live.props(FLAT).mark("forget").tooltip("end the replay and discard the rest of the recording")

@@ -6,6 +6,7 @@ window.axistwinState = (() => {
   // Counts the messages that the page sends, and sends their number after them.
   function attach() {
     watch();
+    timeline();
     window.socket.onAnyOutgoing((kind, message) => {
       if (kind !== "event" || message.args?.[0]?.startsWith(OWN)) return;
       sent += 1;
@@ -30,6 +31,25 @@ window.axistwinState = (() => {
       gone.textContent = "";
       document.documentElement.classList.remove("gone");
     });
+  }
+
+  // Tells the time under the pointer at the timeline, whose arrow keys move by 1 s, with Shift by 10 s.
+  function timeline() {
+    document.addEventListener("pointermove", (event) => {
+      const past = event.target.closest?.(".past"), slider = past?.querySelector("[role=slider]");
+      if (!slider) return;
+      const { left, width } = slider.getBoundingClientRect(), part = Math.min(Math.max((event.clientX - left) / width, 0), 1);
+      const told = past.querySelector(".pointed");
+      told.textContent = `${(part * slider.getAttribute("aria-valuemax")).toFixed(2)} s`;
+      told.style.left = `${100 * part}%`;
+    });
+    document.addEventListener("keydown", (event) => {
+      const way = { ArrowLeft: -1, ArrowDown: -1, ArrowRight: 1, ArrowUp: 1 }[event.key];
+      if (!way || event.ctrlKey || event.altKey || event.metaKey || !event.target.closest?.(".timeline")) return;
+      event.preventDefault();
+      event.stopImmediatePropagation();
+      emitEvent("timeline", { by: way * (event.shiftKey ? 10 : 1) });
+    }, true);
   }
 
   // Stores the state; "busy" if the server has not handled all messages.  `handled`: number of handled messages.
