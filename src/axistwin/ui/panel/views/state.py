@@ -16,6 +16,7 @@ from axistwin.ui.panel.turns import breathe
 
 SELDOM, LATE = 6, 10  # Number of frames between two updates of the state, and of the delay.
 LATE_SHOWN = 10  # Number of its updates for which a delay is shown, about 5 s.
+OLDEST = 10
 MOST_BUTTONS = 3
 IN_HEADER = ("run", "restart", "stop")  # What buttons in the header do.
 OUTLINE = "outline dense no-caps"
@@ -32,13 +33,19 @@ class Conditions:
     def __init__(self, session: Session) -> None:
         self._session = session
         self._key: object = None
+        self._age = 0  # Number of frames that the condition is old.
         self.now = Condition(Kind.PAUSED, "")
 
     def find(self) -> Condition:
+        """Return the condition, found anew if something has happened, or after `OLDEST` frames."""
         session = self._session
-        key = (id(session.bench), session.bench.now, session.running, session.busy, session.repeating, session.journal)
-        if key != self._key or not session.running:
-            self._key, self.now = key, condition(session)
+        key = (
+            id(session.bench), session.bench.now, session.running, session.busy, session.repeating, session.waiting,
+            session.halted_by, session.journal.bytes,
+        )  # fmt: skip
+        self._age += 1
+        if key != self._key or self._age >= OLDEST:
+            self._key, self._age, self.now = key, 0, condition(session)
         return self.now
 
 
@@ -96,7 +103,6 @@ def next_line(context: Context) -> Refresh:
         views = [undo, _planned(context), _acts(context)]
 
     def show() -> None:
-        conditions.find()
         words.text = conditions.now.next
         _tone(box, conditions.now)
 
