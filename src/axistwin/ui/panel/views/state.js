@@ -43,13 +43,14 @@ window.axistwinState = (() => {
       told.textContent = `${(part * slider.getAttribute("aria-valuemax")).toFixed(2)} s`;
       told.style.left = `${100 * part}%`;
     });
-    document.addEventListener("keydown", (event) => {
+    const key = (event) => {
       const way = { ArrowLeft: -1, ArrowDown: -1, ArrowRight: 1, ArrowUp: 1 }[event.key];
       if (!way || event.ctrlKey || event.altKey || event.metaKey || !event.target.closest?.(".timeline")) return;
       event.preventDefault();
       event.stopImmediatePropagation();
-      emitEvent("timeline", { by: way * (event.shiftKey ? 10 : 1) });
-    }, true);
+      if (event.type === "keydown") emitEvent("timeline", { by: way * (event.shiftKey ? 10 : 1) });
+    };
+    for (const type of ["keydown", "keyup"]) document.addEventListener(type, key, true);  // the slider moves at both
   }
 
   // Stores the state; "busy" if the server has not handled all messages.  `handled`: number of handled messages.
