@@ -129,10 +129,12 @@ def test_the_next_and_the_previous_activity(visit):
     screen_of(visit).span_ns = 2 * S
     visit.press("scope-previous-activity")
     from_ns, to_ns = screen_of(visit).edges
-    assert from_ns < 1.5 * S < to_ns
-    tell(visit, do="zoom", factor=0.1, place=0.0)  # zoom to a time before the beginning
+    assert (from_ns, to_ns) == (0, 2 * S), "no time before 0 is shown"
+    visit.press("scope-previous-activity")
+    assert visit.messages == ["no earlier activity"] and screen_of(visit).edges == (0, 2 * S)
+    tell(visit, do="zoom", factor=0.1, place=0.0)  # to 0.2 s
     tell(visit, do="key", key="n")
-    assert screen_of(visit).edges[1] < S
+    assert screen_of(visit).edges[1] == 1.68 * S, "a tenth of the screen before 1.5 s"
     tell(visit, do="key", key="n")
     from_ns, to_ns = screen_of(visit).edges
     assert from_ns < 1.5 * S < to_ns

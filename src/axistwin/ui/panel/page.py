@@ -36,7 +36,8 @@ KEPT_PAGES = 3  # Largest number of disconnected pages that are kept; the oldest
 SCRIPTS = "keys.js", "scope.js", "state.js"
 """Scripts of views; they are sent with the page, because a browser ignores scripts that are added later."""
 BEGIN = 'document.documentElement.lang = "en"; document.documentElement.classList.add("building")'
-BUILT = 'document.documentElement.classList.remove("building"); axistwinState.attach()'
+BUILT = 'document.documentElement.classList.remove("building"); axistwinState.attach();'
+BUILT += 'document.querySelector(".q-loading-bar")?.setAttribute("aria-label", "loading")'
 """JavaScript that shows the page after it has been built."""
 DRAWN = "await new Promise(requestAnimationFrame); axistwinState.show({state}, {handled})"
 

@@ -178,14 +178,15 @@ class Screen:
         self.pause()
         self._to_ns = min(max(self._to_ns + round(self.span_ns * part), 0), self.record.now_ns + self.span_ns)
 
-    def jump(self, forward: bool) -> None:
-        """Pause the oscilloscope, and show the next or the previous change of a signal."""
+    def jump(self, forward: bool) -> bool:
+        """Pause the oscilloscope, and show the next or the previous change of a signal; False if there is none."""
         from_ns, to_ns = self.edges
-        last_ns = self.record.now_ns if forward else 0
+        last_ns = self.record.now_ns if forward else 1  # At 0 signals begin, they do not change.
         edge = next_edge(self.tracks.values(), to_ns if forward else from_ns, last_ns)
         if edge is not None:
             self.pause()
-            self._to_ns = edge + round(self.span_ns * (0.9 if forward else 0.1))
+            self._to_ns = max(edge + round(self.span_ns * (0.9 if forward else 0.1)), self.span_ns)
+        return edge is not None
 
     @property
     def begin_ns(self) -> int:

@@ -34,10 +34,14 @@ window.axistwinScope = (() => {
   function lanes(frame, room) {
     const weight = (signal) => (signal.folded ? 0 : signal.numbers ? NUMBER : LEVEL);
     const sum = (part) => frame.signals.reduce((all, signal) => all + part(signal), 0);
-    const least = sum((signal) => (signal.folded ? FOLDED : LEAST)), share = Math.max(room - least, 0) / Math.max(sum(weight), 1);
+    const least = sum((signal) => (signal.folded ? FOLDED : LEAST)), left = Math.max(room - least, 0);
+    const said = sum((signal) => (signal.text ? weight(signal) : 0)), drawn = sum(weight) - said;
+    // lanes of messages take at most a third of the height beside others
+    const most = Math.max(room / 3 - LEAST * said, 0), text = said && Math.min(left / (said + drawn), drawn || sum((s) => s.folded) ? most / said : left / said);
+    const share = drawn ? (left - text * said) / drawn : 0;
     let top = 0;
     return frame.signals.map((signal) => {
-      const high = (signal.folded ? FOLDED : LEAST) + share * weight(signal), at = top;
+      const high = (signal.folded ? FOLDED : LEAST) + (signal.text ? text : share) * weight(signal), at = top;
       top += high;
       return [at, high];
     });
@@ -154,7 +158,7 @@ window.axistwinScope = (() => {
       if (row.style.transform !== at) row.style.transform = at;
       row.classList.toggle("folded", signal.folded);
       row.title = signal.name;
-      write(first, signal.title); write(note, signal.note); write(range, signal.folded || places[n][1] < 28 ? "" : signal.range);
+      write(first, signal.title); write(note, signal.note); write(range, signal.folded || places[n][1] < 32 ? "" : signal.range);
       first.style.color = frame.lanes ? "" : (theme ? DARK : COLOURS)[n % COLOURS.length];
       write(row.children[1], signal.now); write(row.children[2], signal.unit);
     });

@@ -208,8 +208,8 @@ KEYS: dict[str, Callable[[Screen], object]] = {
     ",": lambda screen: screen.jump_cursor(False), ".": lambda screen: screen.jump_cursor(True),
     "<": lambda screen: screen.jump_cursor(False), ">": lambda screen: screen.jump_cursor(True),
     " ": lambda screen: screen.pause() if screen.frozen is None else screen.live(), "Home": lambda screen: screen.fit(),
-    "Escape": lambda screen: controls.clear_cursors(screen), "p": lambda screen: screen.jump(False),
-    "n": lambda screen: screen.jump(True), "l": lambda screen: setattr(screen, "lanes", not screen.lanes),
+    "Escape": lambda screen: controls.clear_cursors(screen), "p": lambda screen: controls.jump_to(screen, False),
+    "n": lambda screen: controls.jump_to(screen, True), "l": lambda screen: setattr(screen, "lanes", not screen.lanes),
 }  # fmt: skip
 SUFFIXES = (*TRACES, *PICTURES)
 

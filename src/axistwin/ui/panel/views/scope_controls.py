@@ -64,7 +64,7 @@ def head(screen: Screen, runs: Callable[[], bool]) -> Refresh:
         ("keyboard_double_arrow_left", False, "previous activity"),
         ("keyboard_double_arrow_right", True, "next activity"),
     ):
-        jump = ui.button(icon=icon, on_click=lambda f=forward: screen.jump(f)).props(f"{FLAT} aria-label='{what}'")
+        jump = ui.button(icon=icon, on_click=lambda f=forward: jump_to(screen, f)).props(f"{FLAT} aria-label='{what}'")
         jump.classes("scope-icon").mark(f"scope-{what.replace(' ', '-')}").tooltip(what)
     breathe()
     state = ui.label().classes("scope-state quiet").props("role=status").mark("scope-state")
@@ -78,6 +78,11 @@ def head(screen: Screen, runs: Callable[[], bool]) -> Refresh:
         state.text = _state(screen, runs())
 
     return refresh
+
+
+def jump_to(screen: Screen, forward: bool) -> None:
+    if not screen.jump(forward):
+        ui.notify("no later activity" if forward else "no earlier activity")
 
 
 def _state(screen: Screen, runs: bool) -> str:
@@ -366,13 +371,18 @@ def measuring(screen: Screen, shows_numbers: Callable[[], bool]) -> Refresh:
 def _times(screen: Screen) -> str:
     a_ns, b_ns = screen.cursors.a_ns, screen.cursors.b_ns
     active = f"{screen.cursors.active.upper()} moves" if b_ns is not None else ""
-    told = [f"{name}: {_moment(screen, at)}" for name, at in (("A", a_ns), ("B", b_ns)) if at is not None]
+    told = [f"{name}{_beyond(screen, at)}: {_moment(screen, at)}" for name, at in screen.cursors.named.items()]
     if screen.pointer is not None:
         pointer = f"pointer {_seconds(screen, screen.time_at(screen.pointer))}"
         told, active = [pointer, *told], active if told else ""
     if a_ns is not None and b_ns is not None:
         told += [f"B − A {duration(b_ns - a_ns)}", f"1/(B − A) {rate(b_ns - a_ns)}"]
     return "   ".join(filter(None, [*told, active])) if told else ""
+
+
+def _beyond(screen: Screen, time_ns: int) -> str:
+    from_ns, to_ns = screen.edges
+    return " (left of the screen)" if time_ns < from_ns else " (right of the screen)" if time_ns > to_ns else ""
 
 
 def _moment(screen: Screen, time_ns: int) -> str:
