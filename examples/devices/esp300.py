@@ -31,7 +31,7 @@ KNOWN = re.compile(rf"(\d*)(?:AB|DH|DP|MD|MF|MO|MV|OR|PA|PR|SM|ST|TB|TE|TP|TS|TV
 
 class Esp300(Device):
     model, title, line = "esp300", "Three-axis ESP300-like controller", "19200 8N1"
-    framing = Lines(b"\r", ending=b"\r\n", ignore=b"\n", ignore_case=True, separator=b";")
+    framing = Lines(b"\r", ending=b"\r\n", ignore=b" \n", ignore_case=True, separator=b";")
     axes = {n: Positioner(10_000, servo=True, minus=f"minus{n}", plus=f"plus{n}", home=f"home{n}") for n in "123"}
     pins = {f"{side}{n}": Input(level=side != "home") for n in "123" for side in ("minus", "plus", "home")}
     memory = {n: dict(FACTORY) for n in "123"}
@@ -47,8 +47,8 @@ class Esp300(Device):
         self.errors = [*self.errors[-9:], (100 * int(axis) + code, round(self.now / CYCLE), words)]
 
     def refused(self, reason: Refused, data: bytes) -> None:
-        found = KNOWN.fullmatch(data.decode("latin-1").strip().upper())
-        axis = re.match(rb"\s*(\d*)", data)[1].decode()  # type: ignore[index]  # it always matches
+        found = KNOWN.fullmatch(data.decode("latin-1").upper())
+        axis = re.match(rb"(\d*)", data)[1].decode()  # type: ignore[index]  # it always matches
         if reason.code:
             self.error(reason.code, axis)
         elif not found or axis not in ("", *self.axes):

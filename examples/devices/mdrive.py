@@ -43,7 +43,7 @@ class MDrive(Device):
         return self.echoed(request.values.get("axis") or "", request.data, result)
 
     def refused(self, reason: Refused, data: bytes) -> bytes | None:
-        axis = data.strip()[:1].decode("latin-1").upper()
+        axis = data[:1].decode("latin-1").upper()
         self.values.get(axis, {})["ER"] = reason.code or {Why.UNKNOWN: 20, Why.RANGE: 21}.get(reason.why, 24)
         return self.echoed(axis, data, None, prompt="?")
 

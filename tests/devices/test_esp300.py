@@ -93,6 +93,10 @@ def test_the_rest_of_a_line_goes_on_after_an_error(made):
     assert ask(*made, b"1XX;1VA7;4TP?;1VA?\r") == b"7\r\n"
 
 
+def test_blanks_and_line_feeds_are_ignored(made):
+    assert ask(*made, b" 1 VA 7 ; 1VA?\r\n1VA ?\r\n") == b"7\r\n7\r\n"
+
+
 def test_the_last_ten_errors_are_kept(made):
     ask(*made, b"PA;" * 3 + b"1XX;" * 9 + b"\r")
     assert ask(*made, b"TE?;" * 11 + b"\r") == b"37\r\n" + b"6\r\n" * 9 + b"0\r\n"
