@@ -88,6 +88,14 @@ def test_values_out_of_range(line, words):
     assert (refused.value.words, refused.value.why) == (words, Why.RANGE)
 
 
+def test_many_digits_between_numbers_without_a_separator_do_not_hang():
+    """The expression of a number is unambiguous: the work for 60 digits is their square, not their fifth power."""
+    find = Lines().finder(collected(device_of("W{a:int}{b:float}{c:float}")), {})
+    with pytest.raises(Refused, match="unknown command"):
+        find(b"W" + b"1" * 60 + b"xy" * 40)
+    assert find(b"W12.5.5").values == {"a": 12, "b": 0.5, "c": 0.5}
+
+
 def test_without_case_an_axis_keeps_its_own_name():
     class Small(Device):
         model = "small"

@@ -22,7 +22,7 @@ _PART = re.compile(
 )
 _RANGE = re.compile(r"(-?\d+(?:\.\d+)?)\.\.(-?\d+(?:\.\d+)?)")
 KINDS = {
-    "int": r"[+-]?\d+", "float": r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d{1,3})?", "word": r"\w+", "text": r".*",
+    "int": r"[+-]?\d+", "float": r"[+-]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][+-]?\d{1,3})?", "word": r"\w+", "text": r".*",
 }  # fmt: skip
 LOOSE = {**dict.fromkeys(("int", "float"), r"(?:[-+.\d][^\s,;]{0,40})?"), "word": r"\w*", "text": r".*"}
 """For each kind what somebody may have sent in place of a value."""
