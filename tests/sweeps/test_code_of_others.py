@@ -92,7 +92,8 @@ def test_a_link_of_the_playground_imports_no_host(study, tmp_path):
     playground = Playground(tmp_path / "playground")
     files = {path.name: path.read_text() for path in tmp_path.iterdir() if path.is_file()}
     assert playground.open_link(encode(Shared(files, 10**9)))["asks"] == ["code_of_others.py"]
-    playground.open_link(encode(Shared({"scene.toml": files["scene.toml"]}, 10**9)))
+    del files["code_of_others.py"]
+    playground.open_link(encode(Shared(files, 10**9)))
     playground.advance(10**9, 9)
     with pytest.raises(AxistwinError):
         playground.open_link(encode(Shared({**files, "scene.toml": STUDY}, 0)))
