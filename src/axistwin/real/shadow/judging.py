@@ -275,6 +275,7 @@ class Judge:
             return True
         axis, direction = self._dialect.twin.busiest()
         at, moving, before_ns = self._dialect.twin.position(axis), self._dialect.twin.busy, self._dialect.twin.now
+        was_open = self._dialect.twin.at_limit(axis, direction)
         found = self._dialect.take(command, machine.data, twin.data)
         self._twin_private |= self._dialect.twin.now != before_ns
         for taken in found:
@@ -286,7 +287,7 @@ class Judge:
                 halted = self._halted if machine.time_ns - self._halted_ns < SUSPECT_NS else None
                 if halted is not None:
                     axis, direction, at = halted
-                if (moving or halted) and (axis, direction) not in self._switches:
+                if (moving or halted) and not was_open:  # It was not stopped by a switch of its own.
                     self._place(axis, direction, at)
         return bool(found)
 
@@ -410,7 +411,9 @@ class Judge:
         return True
 
     def _place(self, axis: str, direction: int, position: int) -> None:
-        self._switches[axis, direction] = Switch(position)
+        before = self._switches.get((axis, direction))
+        switch = self._switches[axis, direction] = Switch(position)
+        switch.stops = 0 if before is None else before.stops
         self._dialect.twin.set_limit(axis, direction, position)
 
     def _shift(self, by: int, reading: Reading) -> None:
