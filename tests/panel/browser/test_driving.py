@@ -8,7 +8,7 @@ from playwright.sync_api import expect
 
 from axistwin.cli.program import axistwin
 
-from .using import click, on, press, strike
+from .using import click, on, press, strike, thumb
 
 
 @on("drill")
@@ -167,3 +167,13 @@ def test_the_trace_and_the_recording_end_when_somebody_goes_back(machine, panel)
     told = "axistwin: trace and recording end here: the session has gone back in time\n"
     assert (machine[2] / "stderr").read_text().count(told) == 1 and (machine[2] / "first.csv").read_bytes() == after
     assert (machine[2] / "first.talk").read_text().startswith("; model: if2")
+
+
+@on("drill")
+def test_arrow_keys_move_the_timeline_by_1_s_and_with_shift_by_10_s(panel):
+    panel.moving()
+    panel.go_to(2.5)
+    slider = thumb(panel.page.locator(".q-header .timeline"))
+    for key, clock in (("ArrowLeft", "1.500000 s"), ("ArrowRight", "2.500000 s"), ("Shift+ArrowLeft", "0.000000 s")):
+        press(slider, key)
+        expect(panel.clock).to_have_text(clock)

@@ -37,7 +37,8 @@ window.axistwinScope = (() => {
     const least = sum((signal) => (signal.folded ? FOLDED : LEAST)), left = Math.max(room - least, 0);
     const said = sum((signal) => (signal.text ? weight(signal) : 0)), drawn = sum(weight) - said;
     // lanes of messages take at most a third of the height beside others
-    const most = Math.max(room / 3 - LEAST * said, 0), text = said && Math.min(left / (said + drawn), drawn || sum((s) => s.folded) ? most / said : left / said);
+    const most = frame.signals.every((signal) => signal.text) ? left : Math.max(room / 3 - LEAST * said, 0);
+    const text = said && Math.min(left / (said + drawn), most / said);
     const share = drawn ? (left - text * said) / drawn : 0;
     let top = 0;
     return frame.signals.map((signal) => {
