@@ -43,6 +43,7 @@ class Switch:
 
     def __init__(self, position: int) -> None:
         self.position, self.stops = position, 0  # `stops`: times that both have stopped there.
+        self.moved = False  # True if it has been placed anew during the present stop.
 
 
 class Judge:
@@ -90,6 +91,9 @@ class Judge:
             self._retaken.clear()
         if command.starts:
             self._started_ns = time_ns
+            for switch in self._switches.values():
+                if switch.moved:  # The twin was stopped otherwise: its own next stop there is learnt first.
+                    switch.stops, switch.moved = 0, False
             self._begun, self._at_limit, self._excused = True, False, False
 
     def tick(self, now_ns: int) -> None:
@@ -413,7 +417,8 @@ class Judge:
     def _place(self, axis: str, direction: int, position: int) -> None:
         before = self._switches.get((axis, direction))
         switch = self._switches[axis, direction] = Switch(position)
-        switch.stops = 0 if before is None else before.stops
+        if before is not None:
+            switch.stops, switch.moved = before.stops, True
         self._dialect.twin.set_limit(axis, direction, position)
 
     def _shift(self, by: int, reading: Reading) -> None:
