@@ -43,10 +43,15 @@ async def follow(session: Session, name: str, acts: Iterator[Act]) -> bool:
     some = False
     while (act := session.inspect(lambda: next(acts, None))) is not None:
         some = True
-        if isinstance(act, Say):
-            session.say(act.controller or name, act.data)
-        elif isinstance(act, Do):
-            session.do(act.controller or name, act.target, act.value)
-        elif isinstance(act, Wait):
-            await session.advance_to(session.seconds + to_seconds(act.ns))
+        if wait_ns := carry_out(session, name, act):
+            await session.advance_to(session.seconds + to_seconds(wait_ns))
     return some
+
+
+def carry_out(session: Session, name: str, act: Act) -> int:
+    """Say or do what an act says, now.  Returns the time in ns until the next act: that of a `Wait`, else 0."""
+    if isinstance(act, Say):
+        session.say(act.controller or name, act.data)
+    elif isinstance(act, Do):
+        session.do(act.controller or name, act.target, act.value)
+    return act.ns if isinstance(act, Wait) else 0

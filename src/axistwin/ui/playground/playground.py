@@ -12,7 +12,7 @@ from shutil import rmtree
 from time import perf_counter
 from typing import Any
 
-from axistwin.bench import Bench, Controller, Do, Say, Wait
+from axistwin.bench import Bench, Controller
 from axistwin.bench.acts import Act
 from axistwin.bench.codec import CHARACTERS, codec_of
 from axistwin.bench.controller import on_a_bus
@@ -27,6 +27,7 @@ from axistwin.scenes.diagnostics.checking import PROGRAMS, diagnose_text
 from axistwin.scenes.reasons.families import reasons_of
 from axistwin.scenes.reasons.remedies import Remedies
 from axistwin.scenes.scene import Scene
+from axistwin.scenes.sessions.buttons import carry_out
 from axistwin.scenes.sessions.condition import condition
 from axistwin.scenes.sessions.saving import SCENE
 from axistwin.scenes.sessions.session import Session
@@ -301,12 +302,8 @@ class Playground:
         some, session = False, self._now
         for act in acts:
             some = True
-            if isinstance(act, Say):
-                session.say(act.controller or name, act.data)
-            elif isinstance(act, Do):
-                session.do(act.controller or name, act.target, act.value)
-            elif isinstance(act, Wait):
-                self._pass(session.bench.now + act.ns)
+            if wait_ns := carry_out(session, name, act):
+                self._pass(session.bench.now + wait_ns)
         return some
 
     def _pass(self, until_ns: int) -> None:
