@@ -45,9 +45,6 @@ class Kind(StrEnum):
     ENDED = "ended"
 
 
-TONES = dict.fromkeys((Kind.STOPPED, Kind.RELEASED, Kind.FAULT), Tone.RED) | dict.fromkeys(
-    (Kind.REPLAY, Kind.INPUT, Kind.COMMAND), Tone.BLUE
-)
 ORDER = list(Kind)
 
 
@@ -159,7 +156,7 @@ def _ended(found: Condition) -> Condition:
 
 def _off(session: Session, name: str) -> Condition:
     buttons, asks = [_power(name, "Power on", "on", filled=True)], "Switch the power on"
-    if planned := _planned(session.bench):
+    if planned := next_act(session.bench):
         buttons.append(Button("Go there", "go", at_s=to_seconds(planned[0])))
         asks = _plan(session.bench, name)
     return Condition(Kind.OFF, "Power off", asks, tuple(buttons), controller=name)
@@ -239,7 +236,7 @@ def _works(bench: Bench, name: str) -> bool:
     controller = bench[name]
     hosted = _hosted(bench, name)
     runs = any(listing.running is not None for listing in controller.programs.values())
-    return hosted or runs or controller.busy or _planned(bench) is not None
+    return hosted or runs or controller.busy or next_act(bench) is not None
 
 
 def _hosted(bench: Bench, name: str) -> bool:
@@ -248,7 +245,7 @@ def _hosted(bench: Bench, name: str) -> bool:
     return any(each.is_alive for each in there) or (attendant is not None and attendant.pending > 0)
 
 
-def _planned(bench: Bench) -> tuple[int, str] | None:
+def next_act(bench: Bench) -> tuple[int, str] | None:
     """Return time and text of the scene's next act."""
     return min(((at, what) for at, what in bench.planned if at > bench.now), default=None)
 
@@ -331,7 +328,7 @@ def _motion(controller: Controller, moving: list[str]) -> str:
 def _plan(bench: Bench, name: str) -> str:
     if _hosted(bench, name):
         return "The host sends its program"
-    planned = _planned(bench)
+    planned = next_act(bench)
     return "" if planned is None else _plain(f"{planned[1]} at {figures(to_seconds(planned[0]))} s")
 
 

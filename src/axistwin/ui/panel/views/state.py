@@ -9,7 +9,7 @@ from nicegui import ui
 
 from axistwin.core.units import figures, to_seconds
 from axistwin.scenes.sessions.buttons import perform
-from axistwin.scenes.sessions.condition import Button, Condition, Kind, condition
+from axistwin.scenes.sessions.condition import Button, Condition, Kind, condition, next_act
 from axistwin.scenes.sessions.session import Session
 from axistwin.ui.panel.context import Context, Refresh, seldom, together
 from axistwin.ui.panel.turns import breathe
@@ -154,10 +154,9 @@ def _planned(context: Context) -> Refresh:
 
     def refresh() -> None:
         nonlocal at_s
-        now, told = context.bench.now, conditions.now
-        time_ns, what = min(((at, what) for at, what in context.bench.planned if at > now), default=(0, ""))
-        at_s = to_seconds(time_ns) if what else None
-        plan = "" if at_s is None else f"{what} at {figures(at_s)} s"
+        told, planned = conditions.now, next_act(context.bench)
+        at_s = None if planned is None else to_seconds(planned[0])
+        plan = "" if planned is None or at_s is None else f"{planned[1]} at {figures(at_s)} s"
         text.text = "" if plan[1:] and plan[1:] in told.next else plan
         button.set_visibility(at_s is not None and all(each.does != "go" for each in told.buttons))
 
