@@ -10,10 +10,9 @@ from axistwin.core.units import MS
 from axistwin.plant.stepper import StepperAxis
 from axistwin.sim.clock import Clock, Event, Procedure, Process, kill
 from axistwin.sim.motion.profile import Profile, Segment
-from axistwin.sim.motion.trapezoid import Limits
+from axistwin.sim.motion.trapezoid import FINE, Limits
 from axistwin.sim.pins import Pin
 
-FINE = 1000  # A rate, or the fraction of a pulse at a change of target, is a multiple of a thousandth.
 SIDES = {-1: "minus", +1: "plus"}
 
 
@@ -138,9 +137,7 @@ class Positioner:
 
     def abort(self) -> None:
         """Stop at once, without a ramp."""
-        self._cancel()
-        if self._axis.moving:
-            self._axis.halt()
+        self._halt()
         self._end()
 
     def find_home(self, velocity: float, slow: float) -> Procedure:
@@ -165,9 +162,7 @@ class Positioner:
 
     def disconnect(self) -> None:
         """End all motion: the power is off."""
-        self._cancel()
-        if self._axis.moving:
-            self._axis.halt()
+        self._halt()
         if self._watch is not None:
             kill(self._watch)
         for end in self._ends:
@@ -228,6 +223,11 @@ class Positioner:
         if self._drop_end is not None:
             self._drop_end()
             self._drop_end = None
+
+    def _halt(self) -> None:
+        self._cancel()
+        if self._axis.moving:
+            self._axis.halt()
 
     def _end(self) -> None:
         self._goal = None

@@ -17,7 +17,7 @@ from axistwin.core.units import MS, S
 from axistwin.sim.motion.profile import Segment
 
 MOST_STEPS = 250  # Largest number of steps of a ramp.
-FINE = 1000  # Rates are multiples of a thousandth.
+FINE = 1000  # Rates, and the fraction of a pulse at a change of target, are multiples of a thousandth.
 LEAST = Fraction(1, FINE)
 
 
