@@ -115,9 +115,8 @@ def _requests(kind: type[Device], address: bytes, characters: Sequence[Sent]) ->
         nonlocal taken
         at = max(bytes(each.byte for each in held).find(data, taken), 0)
         taken = at + len(data)
-        whole = (
-            held[: -len(getattr(framing, "terminator", b""))] or held
-        )  # Of a line that is too long only a part is taken.
+        # Of a line that is too long only a part is taken.
+        whole = held[: -len(getattr(framing, "terminator", b""))] or held
         found.append(_Request(tuple(held[at:taken] if data and not wrong else whole), data, wrong))
 
     def drop(data: bytes) -> None:
@@ -131,7 +130,8 @@ def _requests(kind: type[Device], address: bytes, characters: Sequence[Sent]) ->
         if sent.byte not in ignored:
             held.append(sent)
         receive(sent.byte, LineError.NONE)
-        ended = isinstance(framing, Lines) and bytes(e.byte for e in held[-8:]).endswith(framing.terminator)
+        end = framing.terminator if isinstance(framing, Lines) else b""
+        ended = end and bytes(each.byte for each in held[-len(end) :]) == end
         if taken or ended:
             held.clear()
             taken = 0

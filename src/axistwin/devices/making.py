@@ -20,7 +20,7 @@ from axistwin.core.units import to_ns
 from axistwin.devices.checking import RULES, checker_of, listing
 from axistwin.devices.device import Device, Input, Option, Output, State
 from axistwin.devices.framing import Lines, Port, Request
-from axistwin.devices.table import Entry, Refused, Why, check_table, collected
+from axistwin.devices.table import Entry, Refused, Why, attributes, check_table, collected
 from axistwin.plant.axes import stepper_axis
 from axistwin.plant.positioner import Positioner
 from axistwin.sim.clock import Clock, Event, Procedure, Process, kill
@@ -63,10 +63,11 @@ def product_of(kind: type[Device]) -> Product:
                 raise UsageError(
                     f"{_place(kind)}: axis {name} names {pin!r}: add it to the pins, e.g. {pin!r}: Input(level=True)"
                 )
+    options = _options(kind)
     _check_texts(kind)
     return Product(
         kind.model, kind.title or kind.__name__, CommandSet(*entries), tuple(kind.axes),
-        _options(kind), lambda clock, axes, options, store: Hardware(kind, entries, clock, axes, options, store),
+        options, lambda clock, axes, given, store: Hardware(kind, entries, clock, axes, given, store),
         make_axis=lambda clock, name, given, history: _axis(kind.axes[name], clock, name, given, history),
         line=line_format(kind.line, UartFormat())[0],
         limit_pins={name: (axis.minus, axis.plus) for name, axis in kind.axes.items() if axis.minus and axis.plus},
@@ -107,7 +108,7 @@ def _one_off(one: str, other: str) -> bool:
 
 def _check_texts(kind: type[Device]) -> None:
     try:
-        kind.framing.address.format(**{name: getattr(option, "usual", "") for name, option in kind.options.items()})
+        _address(kind, {})
         json.dumps(dict(kind.memory))
     except (LookupError, ValueError) as error:
         raise UsageError(
@@ -152,8 +153,7 @@ def _options(kind: type[Device]) -> type[Any]:
 
 
 def _states(kind: type[Device]) -> dict[str, State]:
-    methods = {name: method for base in reversed(kind.__mro__) for name, method in vars(base).items()}
-    return {name: method.state for name, method in methods.items() if hasattr(method, "state")}
+    return {name: method.state for name, method in attributes(kind).items() if hasattr(method, "state")}
 
 
 def _front(kind: type[Device]) -> tuple[Group, ...]:

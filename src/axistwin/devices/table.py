@@ -263,9 +263,13 @@ def _collect(
 
 def collected(kind: type) -> Iterator[Entry]:
     """Yield the commands of a class in the order of its methods; a method of the same name replaces that of a base."""
-    methods = {name: method for base in reversed(kind.__mro__) for name, method in vars(base).items()}
-    for method in methods.values():
+    for method in attributes(kind).values():
         yield from getattr(method, "entries", ())
+
+
+def attributes(kind: type) -> dict[str, Any]:
+    """Return the attributes of a class, those of its bases first; one replaces that of the same name of a base."""
+    return {name: value for base in reversed(kind.__mro__) for name, value in vars(base).items()}
 
 
 def check_table(
