@@ -242,7 +242,27 @@ $pins    }
         return sum(axis.moving << bit for bit, axis in enumerate(self.axes.values()))
 """
 
-LINES_TEST = """\
+MADE = """\
+@pytest.fixture
+def made():
+    bench = Bench()
+    controller = bench.add($title, line="instant")
+    bench.run(1)
+    return bench, controller
+
+
+"""
+
+KEEPS = """\
+@pytest.mark.parametrize("check", device_checks($title))
+def test_what_every_device_keeps(check):
+    check()
+
+
+"""
+
+LINES_TEST = (
+    """\
 \"\"\"Tests of $name.py; run `pytest` in this folder.\"\"\"
 
 import pytest
@@ -252,14 +272,9 @@ from axistwin import Bench
 from axistwin.testing import device_checks
 
 
-@pytest.fixture
-def made():
-    bench = Bench()
-    controller = bench.add($title, line="instant")
-    bench.run(1)
-    return bench, controller
-
-
+"""
+    + MADE
+    + """\
 def ask(made, request, seconds=0.01):
     \"\"\"Return what a host receives within `seconds` after a request.\"\"\"
     bench, controller = made
@@ -268,11 +283,9 @@ def ask(made, request, seconds=0.01):
     return controller.serial.read()
 
 
-@pytest.mark.parametrize("check", device_checks($title))
-def test_what_every_device_keeps(check):
-    check()
-
-
+"""
+    + KEEPS
+    + """\
 def test_a_move_takes_its_time(made):
     # $steps steps at $velocity/s, and a ramp of 0.1 s: $seconds s
     assert ask(made, b"1PA$goal$ending", $before) == b""
@@ -287,6 +300,7 @@ def test_bad_input_moves_nothing(made):
     assert ask(made, b"1PA999999999$ending", 1) == b"?REFUSED$ending"
     assert made[1].axes["1"].position == 0
 """
+)
 
 DATAGRAMS_DEVICE = """\
 \"\"\"$title: a controller of my own, written from its manual.\"\"\"
@@ -348,7 +362,8 @@ $pins    }
         return sum(axis.moving << bit for bit, axis in enumerate(self.axes.values()))
 """
 
-DATAGRAMS_TEST = """\
+DATAGRAMS_TEST = (
+    """\
 \"\"\"Tests of $name.py; run `pytest` in this folder.\"\"\"
 
 from struct import pack, unpack
@@ -361,14 +376,9 @@ from axistwin.devices import add8
 from axistwin.testing import device_checks
 
 
-@pytest.fixture
-def made():
-    bench = Bench()
-    controller = bench.add($title, line="instant")
-    bench.run(1)
-    return bench, controller
-
-
+"""
+    + MADE
+    + """\
 def ask(made, code, axis, value=0, seconds=0.01):
     \"\"\"Return code, error and value of the answer.\"\"\"
     bench, controller = made
@@ -378,11 +388,9 @@ def ask(made, code, axis, value=0, seconds=0.01):
     return unpack(">BBix", controller.serial.read())
 
 
-@pytest.mark.parametrize("check", device_checks($title))
-def test_what_every_device_keeps(check):
-    check()
-
-
+"""
+    + KEEPS
+    + """\
 def test_a_move_takes_its_time(made):
     # $steps steps at $velocity/s, and a ramp of 0.1 s: $seconds s
     assert ask(made, 1, 1, $goal, $before) == (1, 0, 0)
@@ -397,6 +405,7 @@ def test_bad_input_moves_nothing(made):
     assert ask(made, 1, 9, 1) == (1, 2, 0)
     assert made[1].axes["1"].position == 0
 """
+)
 
 SCENE = """\
 # A scene with a device of my own.  All keys are described by `axistwin docs scenes`.
