@@ -153,6 +153,14 @@ class Work:
     def home(self) -> None:
         """Go to position 0, as `cycle` does at its end."""
 
+    def until_at_rest(self, rests: Callable[[], bool], then_s: float) -> None:
+        """Ask again and again whether the motor rests, then wait."""
+        for _ in range(400):
+            self.rig.run(POLL_S)
+            if rests():
+                break
+        self.rig.run(then_s)
+
 
 class DigiplanWork(Work):
     """An IF1 moves to and fro, and once against its limit switch."""
@@ -205,15 +213,10 @@ class BoardWork(Work):
         rig.run(0.1)
 
     def move(self, command: bytes) -> None:
-        rig = self.rig
-        rig.say(command)
-        for _ in range(400):
-            rig.run(POLL_S)
-            if rig.ask(b"\x8c")[1:2] == b"\0":
-                break
-        rig.run(0.2)
+        self.rig.say(command)
+        self.until_at_rest(lambda: self.rig.ask(b"\x8c")[1:2] == b"\0", 0.2)
         for request in (b"\x83", b"\x80", b"\x88", b"\x89", b"\x9a", b"\x94", b"\x97"):
-            rig.ask(request)
+            self.rig.ask(request)
 
     def cycle(self) -> None:
         for distance in (60_000, -60_000, -40_000):
@@ -235,15 +238,10 @@ class MotorWork(Work):
         rig.run(0.2)
 
     def move(self, text: bytes) -> None:
-        rig = self.rig
-        rig.say(text)
-        for _ in range(400):
-            rig.run(POLL_S)
-            if rig.ask(b"RBt\r") == b"0\r":
-                break
-        rig.run(0.1)
+        self.rig.say(text)
+        self.until_at_rest(lambda: self.rig.ask(b"RBt\r") == b"0\r", 0.1)
         for request in (b"RP\r", b"RW\r", b"RPE\r", b"Ra\r", b"RMODE\r"):
-            rig.ask(request)
+            self.rig.ask(request)
 
     def cycle(self) -> None:
         rig = self.rig

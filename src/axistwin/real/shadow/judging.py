@@ -11,9 +11,8 @@ from axistwin.real.shadow.moves import Moves
 from axistwin.real.shadow.talk import Answer, Command
 
 LEARNS = 12
-HELD_NS = (
-    100 * MS
-)  # An answer that the twin holds back for longer, e.g. behind a ramp calculation, is a kind of its own.
+HELD_NS = 100 * MS
+"""An answer that the twin holds back for longer, e.g. behind a ramp calculation, is a kind of its own."""
 SPREADS = 6
 AROUND_NS = 120 * MS  # Time by which the machine's motion may be ahead or behind.
 LOST_S = 1.0  # Lag of a position in motion that is a finding before the end of the move.
@@ -272,9 +271,8 @@ class Judge:
             self._differs(command, machine, twin)
 
     def _take(self, command: Command, machine: Answer, twin: Answer) -> bool:
-        if (
-            self._dialect.twin.busy and self._started_ns > machine.time_ns
-        ):  # The twin moves again: what it says now belongs to the next motion.
+        if self._dialect.twin.busy and self._started_ns > machine.time_ns:
+            # The twin moves again: what it says now belongs to the next motion.
             self._unlearn()
             return True
         axis, direction = self._dialect.twin.busiest()
