@@ -222,6 +222,7 @@ def test_many_requests_at_once_are_answered_in_order(port):
             assert [host.line(), host.line(), host.line()[:5]] == ["50", "0", "error"]
 
 
+@pytest.mark.slow
 def test_a_host_that_does_not_read_is_not_read_from(served, port):
     """The server stops reading from a host that does not read: pending answers are bounded, and none is lost."""
     with Host(port, room=4096) as host:

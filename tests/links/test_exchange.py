@@ -347,6 +347,7 @@ def test_characters_sent_while_nobody_was_heard_arrive_then(served):
         assert receive(host, 2) == b"C\r" and b"".join(heard) == b"E\r"
 
 
+@pytest.mark.slow
 def test_who_is_connected_is_told_by_name_until_he_goes(served):
     url = served.open(served.add())
     assert served.do(lambda: served.server.client("if1")) == ""
@@ -445,6 +446,7 @@ def test_a_server_that_is_not_deaf_makes_the_ports_as_clients_want_them_at_once(
 # Transports that show more than characters
 
 
+@pytest.mark.slow
 @pytest.mark.filterwarnings("ignore:set.* is deprecated:DeprecationWarning")  # pyserial's reader thread
 def test_a_client_of_rfc_2217_has_its_format_and_lines_on_a_bench_that_is_earlier(served):
     url = served.open(served.add(), "rfc2217://127.0.0.1:0")

@@ -40,6 +40,7 @@ def test_a_tcp_port_hangs_up_and_comes_back(share):
             assert ask(host) == b"C\r"
 
 
+@pytest.mark.slow
 @pytest.mark.filterwarnings("ignore:set.* is deprecated:DeprecationWarning")  # pyserial's reader thread
 def test_an_rfc2217_port_hangs_up_and_comes_back(served):
     url = served.open(served.add(), "rfc2217://127.0.0.1:0")

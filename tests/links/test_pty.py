@@ -1,5 +1,6 @@
 """A pseudo terminal, opened as a serial device by pyserial and by plain file calls."""
 
+import asyncio
 import fcntl
 import os
 import shutil
@@ -11,8 +12,13 @@ from contextlib import suppress
 import pytest
 import serial
 
+from axistwin import Bench
 from axistwin.core.errors import LinkError
+from axistwin.core.units import to_ns
+from axistwin.links.manual_pacer import ManualPacer
 from axistwin.links.plug import CHUNK, FULL
+from axistwin.links.server import Server
+from axistwin.links.urls import parse
 from axistwin.sim.frames import UartFormat
 
 from .serving import HOST_TIMEOUT_S, dial, receive
@@ -50,6 +56,32 @@ def test_a_host_initialises_an_if1_and_asks(path):
         initialise(host)
         host.write(b"K\r")
         assert host.read(2) == b"0\r"
+
+
+def test_in_virtual_time_a_host_that_waits_has_data_before_time_goes_on():
+    """Linux passes on what is written to a pty by a thread of its own, most often later than the next statement."""
+    bench = Bench()
+    bench.add("if1")
+    pacer = ManualPacer(bench)
+    server = Server(bench, pacer=pacer)
+
+    async def ask():
+        url = await server.open("if1", parse("pty:"))
+        with opened(url.path) as host:
+            for text, seconds, answer in ((b"(", 1.1, b"U\r"), (b"U61\r", 1.1, b""), *[(b"N\r", 0.1, b"0\r")] * 200):
+                host.write(text)
+                before = pacer.arrivals
+                await pacer.receive_all()
+                assert pacer.arrivals > before
+                end_ns = bench.clock.later(to_ns(seconds))
+                while not pacer.advance(end_ns):
+                    pass
+                assert host.in_waiting > 0 or not answer
+                assert host.read(len(answer)) == answer
+        server.close()
+
+    bench.run(1.1)
+    asyncio.run(ask())
 
 
 def test_baud_rate_and_stop_bits_are_the_clients(served, if1, path):
@@ -156,6 +188,7 @@ def test_a_client_that_floods_waits_until_there_is_room(served, if1, path):
         initialise(host)
 
 
+@pytest.mark.slow
 def test_while_another_client_is_connected_a_pty_is_not_listened_to(served, if1, path):
     other = served.open(if1)
     with opened(path) as host:
@@ -277,6 +310,7 @@ finally:
 """
 
 
+@pytest.mark.slow
 def test_exclusive_clients_one_after_another_without_the_rights_of_an_administrator(tmp_path):
     """TIOCEXCL stays in a terminal, and only CAP_SYS_ADMIN opens it then: another one takes its place at the link."""
     words = [sys.executable, "-c", EXCLUSIVE_CLIENTS, str(tmp_path / "if1")]

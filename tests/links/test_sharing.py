@@ -24,6 +24,7 @@ def served():
         yield served
 
 
+@pytest.mark.slow
 def test_every_client_receives_every_answer(served):
     url = served.open(served.add())
     with dial(url) as first, dial(url) as second:

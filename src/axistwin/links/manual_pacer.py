@@ -10,6 +10,7 @@ from collections.abc import Callable
 from axistwin.bench import Bench
 from axistwin.core.units import MS, to_seconds
 from axistwin.links.pacing import Pacer
+from axistwin.sim.signal import Signal
 
 SAME_ANSWER_NS = 3 * MS  # Longest pause within an answer of a controller (about 3 characters at 9600 baud).
 IDLE_TURNS = 10  # Turns of the event loop without input after which none is pending; a new client takes several.
@@ -23,6 +24,7 @@ class ManualPacer(Pacer):
         self.bench = bench
         self.arrivals = 0  # Number of inputs that hosts have sent up to now.
         self.deliveries = 0  # Number of times that output was sent to hosts.
+        self.settling: Signal[[]] = Signal()  # A port then hurries what the system still has between both ends.
 
     def start(self, loop: asyncio.AbstractEventLoop | None = None) -> None:
         """Leave virtual time stopped until a test calls the method `advance`."""
@@ -36,6 +38,7 @@ class ManualPacer(Pacer):
     async def receive_all(self) -> int:
         """Receive all data that hosts have sent so far.  Returns the number of inputs so far."""
         idle = 0
+        self.settling.emit()
         while idle < IDLE_TURNS:
             before = self.arrivals
             await asyncio.sleep(0)
@@ -78,4 +81,5 @@ class ManualPacer(Pacer):
             return False
         self.deliveries += 1
         self.flush()
+        self.settling.emit()
         return True

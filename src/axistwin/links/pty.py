@@ -19,9 +19,11 @@ import select
 import struct
 import termios
 import tty
+from contextlib import ExitStack
 from pathlib import Path
 
 from axistwin.core.errors import LinkError, reason
+from axistwin.links.manual_pacer import ManualPacer
 from axistwin.links.plug import Plug
 from axistwin.links.urls import PortUrl
 from axistwin.links.writer import Writer
@@ -53,7 +55,10 @@ class PtyPort:
         self.name = str(self.url)
         self._make_link()
         self._begin()
-        self._unsubscribe = plug.hang_ups.subscribe(lambda _: self._loop.call_soon(self._follow_hang_up))
+        self._subscriptions = ExitStack()
+        self._subscriptions.callback(plug.hang_ups.subscribe(lambda _: self._loop.call_soon(self._follow_hang_up)))
+        if isinstance(plug.pacer, ManualPacer):
+            self._subscriptions.callback(plug.pacer.settling.subscribe(self._settle))
 
     def _open_pair(self) -> None:
         self._master, slave = os.openpty()
@@ -92,7 +97,7 @@ class PtyPort:
 
     def close(self) -> None:
         self._closed = True
-        self._unsubscribe()
+        self._subscriptions.close()
         self._take_away()
 
     def _take_away(self) -> None:
@@ -225,6 +230,21 @@ class PtyPort:
         poll = select.poll()
         poll.register(self._master, select.POLLHUP)
         return bool(poll.poll(0))
+
+    def _settle(self) -> None:
+        """Let Linux pass on what is queued in both directions.
+
+        It does so when an end without input is polled, otherwise later, by a thread of its own; until then a client
+        would count as waiting for an answer that has been sent.
+        """
+        if self._gone or self.hung_up():
+            return
+        try:
+            client = os.open(self.device, os.O_RDWR | os.O_NOCTTY | os.O_NONBLOCK)
+        except OSError:  # The client uses the device alone.
+            return
+        select.select([client], [], [], 0)
+        os.close(client)
 
     def drop(self) -> None:
         if not self._gone and not self.plug.serial.hung_up.level:
