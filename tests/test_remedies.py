@@ -94,12 +94,15 @@ def test_an_example_for_a_line_of_a_conversation_is_accepted(model: str, form: s
 # The command line
 
 FMU = pytest.mark.skipif(not installed("pythonfmu3"), reason="the extra [fmu] is not installed")
-COMMANDS = (
-    "check", "run if1", "examples drill", "run if1 moves.if1 --trace a.csv --trace-limit x",
+SWEEPS = (
     "sweep scene.toml --for 0.05", "sweep scene.toml --for 0.05 --out a.parquet --vary x",
     "sweep scene.toml --for 0.05 --out a.parquet --vary table.X=1..2:2",
     "sweep scene.toml --for 0.05 --out a.parquet --vary table.X.load.torque=0.1..0.2",
     "sweep scene.toml --for 0.05 --out a.parquet --design random --vary table.X.load.torque=0.1..0.2",
+)  # fmt: skip
+COMMANDS = (
+    "check", "run if1", "examples drill", "run if1 moves.if1 --trace a.csv --trace-limit x",
+    *(pytest.param(line, marks=pytest.mark.slow) for line in SWEEPS),
     pytest.param("fmu scene.toml --out a.b.fmu", marks=FMU),
     pytest.param("fmu scene.toml --out a.fmu --command 'start: ! input1 high'", marks=FMU),
     pytest.param("fmu scene.toml --out a.fmu --command x", marks=FMU),

@@ -65,7 +65,9 @@ def lay_out(text, directory):
         place.write_text(body, encoding="utf-8")
 
 
-@pytest.mark.parametrize("name", ["pyserial", "pyvisa", "replace"])
+@pytest.mark.parametrize(
+    "name", ["pyvisa", *(pytest.param(name, marks=pytest.mark.slow) for name in ("pyserial", "replace"))]
+)
 def test_a_tutorial_prints_what_it_shows(name, tmp_path):
     if name == "replace":
         pytest.importorskip("pytrinamic", reason="pytrinamic is not installed")

@@ -55,6 +55,7 @@ def test_the_programs_for_the_ibm_pc_run_nearly_as_they_are_printed():
 # Programs that make moves
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("program", "form", "line"), [
     (2, "V61", "2400 8N2"), (4, "U61", "2400 8N2"), (5, "U62", "4800 8N2")
 ], ids=["2-nec-2400", "4-epson-2400", "5-epson-4800-echo"])  # fmt: skip
@@ -65,6 +66,7 @@ def test_the_index_loop_moves_x_forth_and_ten_times_back_and_forth(program, form
     assert_no_complaint(session)
 
 
+@pytest.mark.slow
 def test_sample_1_finds_every_character_echoed_and_each_takes_its_time_on_the_line(tmp_path):
     """The program compares each character with its echo, at 9600 baud with 11 bits per character."""
     session = perform(1, "U62", tmp_path, line="9600 8N2")
@@ -77,6 +79,7 @@ def test_sample_1_finds_every_character_echoed_and_each_takes_its_time_on_the_li
     assert_no_complaint(session)
 
 
+@pytest.mark.slow
 def test_sample_8_sets_its_own_baud_rate_and_checks_the_echo_of_every_character(tmp_path):
     """Over RFC2217 the OPEN statement of the listing sets the line: 9600 baud, 8 data bits, 2 stop bits."""
     session = perform(8, "U62", tmp_path, link="rfc2217", line="300 7E1")
@@ -93,6 +96,7 @@ def test_sample_7_moves_x_and_y_forth_and_back(tmp_path):
     assert_no_complaint(session)
 
 
+@pytest.mark.slow
 def test_sample_10_ends_with_an_interpolated_move_forth_and_back(tmp_path):
     """ "X5000/Y500@6500$": Y has a tenth of the pulses of X, at a tenth of the speed, in the same time."""
     session = perform(10, "V62", tmp_path, line="9600 8N2")
@@ -101,6 +105,7 @@ def test_sample_10_ends_with_an_interpolated_move_forth_and_back(tmp_path):
     assert_no_complaint(session)
 
 
+@pytest.mark.slow
 def test_sample_11_ends_with_both_axes_at_the_same_speed(tmp_path):
     session = perform(11, "V61", tmp_path, line="2400 8N2")
     assert session.moves() == [

@@ -172,6 +172,7 @@ def test_hardware_that_goes_away_ends_it_and_the_recording_is_there(tmp_path):
     assert load(tmp_path / "a.talk").headers["line"] == "9600 8N2"
 
 
+@pytest.mark.slow
 def test_what_the_device_cannot_do_is_told_and_the_recording_goes_on(tmp_path):
     """A pty supports neither 1.5 stop bits with 5 data bits nor mark parity; both are reported once."""
     device = tmp_path / "hardware"
@@ -192,6 +193,7 @@ def test_what_the_device_cannot_do_is_told_and_the_recording_goes_on(tmp_path):
     assert words.count(f"{device} cannot do 9600 5M1.5: invalid argument") == 1, "once is enough"
 
 
+@pytest.mark.slow
 def test_what_raw_tcp_cannot_pass_on_is_told_once_and_is_no_act(tmp_path):
     """If a break were recorded, the twin would receive it, though the hardware has not."""
     path = tmp_path / "a.talk"
@@ -213,6 +215,7 @@ def test_what_raw_tcp_cannot_pass_on_is_told_once_and_is_no_act(tmp_path):
     assert [what for what, _ in told if what != "line"] == ["break", "rts", "rts", "break"]
 
 
+@pytest.mark.slow
 def test_hardware_that_does_not_answer_holds_up_neither_the_host_nor_the_recording(tmp_path):
     """A request to the hardware takes seconds; a host that negotiates with the recorder is answered meanwhile."""
     path, answers = tmp_path / "a.talk", threading.Event()

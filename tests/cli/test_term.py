@@ -142,6 +142,7 @@ def urls(tmp_path):
         yield {url.scheme: str(url) for url in (served.open(if1, port) for port in ports)}
 
 
+@pytest.mark.slow
 @pytest.mark.filterwarnings("ignore:set.* is deprecated:DeprecationWarning")  # pyserial's reader thread
 def test_a_controller_at_a_port(urls):
     first = term(urls["tcp"], typed="(\nU61\nX100$\nE\n:pins\n")
@@ -269,6 +270,7 @@ def test_a_prompt_makes_room_for_an_answer():
     assert shown(b"C\r", person=True) == "> \r\x1b[K< C<CR>\n"
 
 
+@pytest.mark.slow
 def test_a_person_at_a_line_editor(person: Callable[..., Person], tmp_path):
     me = person("term", "if1", "--speed", "max", TERM="xterm", PROMPT_TOOLKIT_NO_CPR="1", XDG_STATE_HOME=str(tmp_path))
     me.see("U61")

@@ -251,5 +251,6 @@ def test_an_unknown_model_is_refused_when_the_tests_are_collected():
         device_checks("stag")
 
 
+@pytest.mark.slow
 def test_the_campaign_with_other_seeds_finds_nothing_here():
     assert campaigns.campaign("devices").failures("1810", range(40, 42)) == []

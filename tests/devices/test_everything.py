@@ -164,6 +164,7 @@ def test_registers_are_traced():
 # Many runs
 
 
+@pytest.mark.slow
 def test_sweep_and_tune():
     pytest.importorskip("pyarrow", reason="the extra [traces] is not installed")
     from pyarrow.parquet import read_table
@@ -205,6 +206,7 @@ def test_serve_term_record_and_replay():
     assert "3 acts of the controller, none different in bytes" in axistwin_("replay", "move.talk").out
 
 
+@pytest.mark.slow
 def test_what_is_recorded_is_replayed():
     with running("--device", "stage.py", "serve", "stage") as program:
         _, url = listening(program)
@@ -305,6 +307,7 @@ def test_a_scan_with_ophyd():
     assert list(ophyd.Controller("socket://127.0.0.1:1", "stage").driver.axes) == ["1", "2"]
 
 
+@pytest.mark.slow
 def test_the_pytest_plug_in(tmp_path):
     Path("test_host.py").write_text(
         "import pytest, serial\n"
@@ -426,6 +429,7 @@ def test_an_editor_knows_the_commands_and_the_model():
     assert "stage" in [item.label for item in Scenes().complete(["[[controller]]", 'model = "'], 2, 9)]
 
 
+@pytest.mark.slow
 def test_the_language_server_checks_programs_and_scenes():
     pytest.importorskip("pygls", reason="the extra [lsp] is not installed")
     with Client("--device", str(Path("stage.py").absolute())) as client:

@@ -38,6 +38,7 @@ def test_it_keeps_what_every_device_must(check):
     check()
 
 
+@pytest.mark.slow
 def test_the_benchmark_names_what_is_missing_and_measures_the_rest():
     words = [sys.executable, BENCHMARKS / "device_frameworks.py", "--rounds", "1", "--seconds", "0.01"]
     run = subprocess.run(words, capture_output=True, text=True, timeout=120)

@@ -55,6 +55,7 @@ def test_the_first_files(folder):
     assert re.match(r"\.{3}s?\.", printed("pytest -qq", folder))
 
 
+@pytest.mark.slow
 def test_the_commands(folder):
     words = re.findall(r"^\| `(\w.*?)` \|", PAGE.split("… | |")[1].split("\n\n")[0], re.MULTILINE)
     assert words == ["commands stage", "term stage", "serve stage --tcp :5001 --panel 8080", "check stage first.talk"]

@@ -51,6 +51,7 @@ def axis(first_axis):
     axis.wait(20)
 
 
+@pytest.mark.slow
 def test_moves_to_both_sides_end_at_the_target(axis):
     tolerance = 2 if axis.name == "shaft" else 0  # a loaded servo motor
     for target in (400, -400, 0):

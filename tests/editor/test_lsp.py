@@ -77,6 +77,7 @@ def test_a_text_that_is_too_long_is_not_checked(client):
     assert client.diagnostics(uri, 2) == []
 
 
+@pytest.mark.slow
 def test_the_process_of_the_server_checks_nothing(monkeypatch):
     """A check in this process would delay completion: one thread of Python runs at a time."""
     from pygls.workspace import TextDocument  # lazy imports: pygls is needed by no other test in this process

@@ -41,6 +41,7 @@ def test_everything_passes_at_once(tmp_path):
     assert code == 0 and output.count("\n") == 6
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("answers", [
     ["--framing", "datagrams", "--units", "80 per mm", "--axes", "1"],
     ["--framing", "crlf", "--units", "3200/3 per mm", "--travel", "7", "--line", "300 7E1", "--axes", "8"],

@@ -315,6 +315,7 @@ def test_a_client_that_does_not_read_its_updates_delays_nobody(monkeypatch, capl
     assert "is disconnected, because it does not read its updates" in caplog.text
 
 
+@pytest.mark.slow
 def test_invalid_messages_of_a_hundred_clients_are_a_few_lines(scene_file):
     words = ("ioc", scene_file, "--prefix", "LAB:", "--port", free_port(), "--json")
     with running(*words) as program:

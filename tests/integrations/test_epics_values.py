@@ -134,6 +134,7 @@ def test_channel_access_refuses_bad_values():
     assert asyncio.run(session()) == ({model: [] for model, _ in AXES}, "", 100)
 
 
+@pytest.mark.slow
 def test_pv_access_refuses_bad_values():
     """The client's library itself refuses a text, and makes an integer of a number for an integer field."""
 

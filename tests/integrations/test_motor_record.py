@@ -125,6 +125,7 @@ def test_limits_of_the_record_refuse_targets_and_end_jogs():
     run(session, **MM)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("model", "options"), [
     ("1811", MM), ("if1", {"self_test_s": 0.1, "X": MM["motor"]}), ("smartmotor", {"shaft": MM["motor"]})])  # fmt: skip
 def test_a_jog_comes_to_rest_at_the_limit_however_seldom_the_axis_is_read(model, options):
@@ -208,6 +209,7 @@ def test_a_jog_ends_at_rest_by_a_write(ends):
     run(session)
 
 
+@pytest.mark.slow
 def test_a_paused_move_continues_and_move_pauses_after_it():
     async def session(lab):
         motor = lab.records["motor"]
@@ -369,6 +371,7 @@ def test_writes_without_motion():
     run(session)
 
 
+@pytest.mark.slow
 def test_motors_of_a_chain_are_axes_of_one_station():
     async def session():
         bench = Bench()

@@ -68,6 +68,7 @@ def test_bad_values_are_refused_and_have_no_effect():
     assert with_client(refuse, "if1", "1811", "smartmotor") == []
 
 
+@pytest.mark.slow
 def test_a_value_of_another_type_is_not_written():
     async def write(client, machine):
         speed, pin = client.get_node("ns=2;s=1811.Axes.motor.Speed"), client.get_node("ns=2;s=1811.Pins.output1")
@@ -96,6 +97,7 @@ def test_a_value_of_another_type_is_not_written():
     }  # fmt: skip
 
 
+@pytest.mark.slow
 def test_values_have_time_stamps_in_reads_and_subscriptions():
     async def read(client, _):
         found, seen = {}, asyncio.Queue()

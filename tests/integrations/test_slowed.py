@@ -12,6 +12,7 @@ OPTIONS = {"if1": {"self_test_s": 0.1, "recalculation_s": 0.1}, "1811": {}}
 """The self-test of the IF1 takes 0.5 s of real time at a fifth of the speed."""
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("model", "axis"), [("if1", "X"), ("1811", "motor")])
 def test_a_slow_controller_is_no_silent_one(model, axis):
     async def move():

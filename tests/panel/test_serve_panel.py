@@ -129,6 +129,7 @@ def test_a_token_is_for_a_panel_and_has_letters_and_digits():
     assert (code, "letters and digits only" in words) == (2, True)
 
 
+@pytest.mark.slow
 def test_a_scene_without_ports_is_shown_with_a_token_and_ends_without_a_word_also_with_a_page(tmp_path):
     """At full speed: in real time, a loaded computer would cause a message about delays."""
     scene = tmp_path / "scene.toml"

@@ -272,6 +272,7 @@ def test_a_silent_port():
     assert end.now - began_s < 15
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("model", "scheme"), [("if1", "pty"), ("smartmotor", "tcp"), ("1811", None)])
 def test_a_real_port(model, scheme):
     made = product(model)

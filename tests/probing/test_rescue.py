@@ -272,6 +272,7 @@ def test_a_directory_that_is_not_empty(tmp_path):
     assert run("rescue", "/dev/no-such-port", "--out", str(tmp_path / "new")).code == 2
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("model", "scheme"), [("smartmotor", "pty"), ("if1", "tcp"), ("1811", None)])
 def test_a_real_port(model, scheme, tmp_path):
     with serve(model, scheme=scheme, speed="max") as twin:

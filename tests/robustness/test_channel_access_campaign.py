@@ -8,6 +8,7 @@ import pytest
 from ..campaigns import ROBUSTNESS
 
 
+@pytest.mark.slow
 def test_three_hundred_bad_clients():
     pytest.importorskip("caproto", reason="caproto is not installed")
     ended = subprocess.run(

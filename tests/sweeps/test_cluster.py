@@ -57,6 +57,7 @@ def test_a_lost_scheduler_ends_a_sweep_that_can_be_continued(tmp_path):
     assert digest(found) == digest(sweep(tmp_path).run(seconds=3, workers=0))
 
 
+@pytest.mark.slow
 def test_a_study_runs_on_a_cluster(tmp_path, scheduler):
     pytest.importorskip("optuna", reason="the extra [tune] is not installed")
     made = Tuning(stepper(tmp_path), "max table.X.velocity", maximise=True).change("table.X.load.torque", "0.1..0.4")

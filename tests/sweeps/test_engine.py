@@ -47,6 +47,7 @@ def test_one_row_a_run(tmp_path):
     assert asyncio.run(replayed()) == (2750, at_s, False)
 
 
+@pytest.mark.slow
 def test_workers_and_this_process_agree_even_if_a_worker_is_killed(tmp_path):
     runner, points = study(tmp_path, "0.1..0.6:4").check()
     told = []
@@ -83,6 +84,7 @@ def host(bench):
 """
 
 
+@pytest.mark.slow
 def test_a_run_has_a_time_limit_and_a_failed_run_has_its_reason(tmp_path, monkeypatch):
     """The first run kills its worker, the second one fails, and the last one never ends; the other one goes on."""
     (tmp_path / "sweephost.py").write_text(SWEEP_HOST)

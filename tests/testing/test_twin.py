@@ -397,6 +397,7 @@ def test_one_long_sleep_is_not_silence(twin):
     assert twin.clock.now == 100 * S
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(sys.platform != "linux", reason="only Linux reports where a thread waits")
 def test_a_sleep_by_the_wall_clock_is_told(twin):
     def sleep_until_told():
