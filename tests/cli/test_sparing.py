@@ -4,7 +4,7 @@ import logging
 
 import pytest
 
-from axistwin.cli.serving.sparing import IN_FULL, Sparing
+from axistwin.cli.serving.sparing import IN_FULL, Sparing, log_to_stderr
 
 
 @pytest.fixture
@@ -56,3 +56,10 @@ def test_tracebacks_of_our_own_are_limited():
         record = logging.LogRecord("axistwin.cli", logging.ERROR, "", 0, "a task has failed", (), error)
         passed += sparing.filter(record)
     assert passed == IN_FULL + 3  # the records 16, 32 and 64
+
+
+def test_a_program_that_has_its_own_handlers_keeps_all_its_records(caplog):
+    log_to_stderr(logging.WARNING)
+    for _ in range(2 * IN_FULL):
+        logging.getLogger("library").warning("one of many")
+    assert len(caplog.records) == 2 * IN_FULL

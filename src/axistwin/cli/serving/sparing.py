@@ -8,9 +8,9 @@ OURS = "axistwin"
 
 
 def log_to_stderr(level: int) -> None:
-    logging.basicConfig(format="axistwin: %(message)s", level=level)
-    for handler in logging.getLogger().handlers:
-        handler.addFilter(Sparing())
+    handler = logging.StreamHandler()
+    handler.addFilter(Sparing())
+    logging.basicConfig(format="axistwin: %(message)s", level=level, handlers=[handler])
 
 
 class Sparing(logging.Filter):
