@@ -132,6 +132,7 @@ def holds(directory: Path) -> bool:
     return tried.returncode == 0
 
 
+@pytest.mark.slow
 def test_the_directory_is_free_when_the_last_of_its_controllers_has_gone(tmp_path):
     left, right = Bench(), Bench()
     left.add("if2", "left", state=tmp_path)

@@ -188,6 +188,7 @@ def test_what_ci_does_is_done_here():
     assert any({*test.split()} <= {*command.split()} for command, _ in acts(page("pyserial")))
 
 
+@pytest.mark.slow
 def test_the_examples_of_the_page_on_testing_run(tmp_path):
     text = (HOME / "docs" / "testing.md").read_text(encoding="utf-8")
     test, program, checks = re.findall(r"^```python\n(.*?)^```$", text, re.DOTALL | re.MULTILINE)

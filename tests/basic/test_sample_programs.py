@@ -162,6 +162,7 @@ def test_the_sequence_waits_for_input_1_and_repeats_for_ever(program, form, line
     assert_repeats_for_ever(program, session)
 
 
+@pytest.mark.slow
 def test_sample_6_leaves_an_if2_with_a_locked_sequence_that_power_up_starts(tmp_path):
     """5-wire: DSR is a line of the host.  If DSR is low, a locked IF2 runs its sequence at power-up."""
     session = perform(6, "V61", tmp_path, model="if2", line="2400 8N2")

@@ -126,6 +126,7 @@ def test_a_long_curve_is_thinned_but_keeps_its_extremes():
     assert (thin.times[0], thin.times[-1]) == (0.0, 99_999.0) and thin.times == sorted(thin.times)
 
 
+@pytest.mark.slow
 def test_many_moves_make_no_large_picture(tmp_path):
     draw(session(":X10@400:X-:S1:R1:=0,1:$\r", *[""] * 150), tmp_path / "a.svg")
     assert (tmp_path / "a.svg").stat().st_size < 5_000_000

@@ -72,6 +72,7 @@ def session(tmp_path_factory):
 TWIN = [word for name, value in QUICK.items() for word in ("--option", f"{name}={value}")]
 
 
+@pytest.mark.slow
 def test_the_twin_says_what_the_hardware_said(session):
     code, told = replayed(session, *TWIN, "--option", "X.limits=[-10,100]", "--json")
     comparison = json.loads(told)
@@ -137,6 +138,7 @@ def test_control_lines_formats_and_breaks_are_passed_on_and_recorded(tmp_path):
     assert [act.target for act in done] == ["rts", "line", "break", "rts"] and done[1].value == "1200 8E2"
 
 
+@pytest.mark.slow
 def test_the_controllers_control_lines_are_seen(tmp_path):
     path = tmp_path / "lines.talk"
     with hardware("rfc2217://127.0.0.1:0") as (served, url), recorder("--serial", url, "-o", path) as (program, port):

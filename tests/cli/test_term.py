@@ -163,6 +163,7 @@ def test_a_controller_at_a_port(urls):
         assert term(url, typed="N\n").out.splitlines() == ["> N", "< 100<CR>"], url
 
 
+@pytest.mark.slow
 @pytest.mark.filterwarnings("ignore:unclosed <socket:ResourceWarning")  # of pyserial
 def test_a_port_that_goes_away_is_told(monkeypatch, capsys):
     with socket.create_server(("127.0.0.1", 0)) as server:

@@ -229,6 +229,7 @@ for hook, points in ((killed_after_bytes, (0, 1, 2, 50, 100, 200, 300, 10**6)), 
 """
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="needs processes that can be killed in the middle of a write")
 def test_a_killed_process_leaves_the_old_or_the_new_contents(tmp_path):
     """Real processes, killed after a number of bytes or system calls, leave the old or the new contents too."""

@@ -61,6 +61,7 @@ def test_moves_to_both_sides_end_at_the_target(axis):
         assert abs(status.position - target) <= tolerance
 
 
+@pytest.mark.slow
 def test_a_stop_ends_a_run(axis):
     axis.move_at(100)
     assert axis.status().moving

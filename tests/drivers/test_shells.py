@@ -54,6 +54,7 @@ def test_asyncio_on_a_bus():
         assert asyncio.run(session(url_of(twin))) == 30
 
 
+@pytest.mark.slow
 def test_a_cancelled_request_does_not_shift_the_answers():
     async def session(url):
         async with await connect_async(url, "smartmotor") as motor:

@@ -38,6 +38,7 @@ def spans(found):
     ]
 
 
+@pytest.mark.slow
 def test_the_capabilities_of_the_server(client):
     assert client.capabilities["hoverProvider"] and client.capabilities["documentSymbolProvider"]
     assert client.capabilities["codeActionProvider"]["codeActionKinds"] == ["quickfix"]
@@ -104,6 +105,7 @@ def test_the_process_of_the_server_checks_nothing(monkeypatch):
     assert spans(published["params"]["diagnostics"]) == [("SM103", 0, 0, 4)]
 
 
+@pytest.mark.slow
 def test_the_exit_code_without_a_shutdown_request():
     """ "The server should exit with success code 0 if the shutdown request has been received before; otherwise 1"."""
     client = Client()

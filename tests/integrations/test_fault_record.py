@@ -55,7 +55,11 @@ async def told(record, words):
         await record.axis.station.polled()
 
 
-@pytest.mark.parametrize("scene", SCENES, ids=lambda scene: f"{scene.model} {scene.says.partition(':')[0]}")
+@pytest.mark.parametrize("scene", [
+    pytest.param(scene, id=f"{scene.model} {scene.says.partition(':')[0]}",
+        marks=[pytest.mark.slow] * (scene.model == "if1"))
+    for scene in SCENES
+])  # fmt: skip
 def test_what_the_record_says_leads_out(scene):
     async def session(lab):
         record, machine = lab.records[scene.axis], lab.bench[scene.model]

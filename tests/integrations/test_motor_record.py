@@ -141,6 +141,7 @@ def test_a_jog_comes_to_rest_at_the_limit_however_seldom_the_axis_is_read(model,
     run(session, model=model, period_s=0.4, **options)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("model", ["1811", "if1", "smartmotor"])
 def test_the_first_limits_are_the_switches_of_the_scene(model):
     async def session(lab):
@@ -256,6 +257,7 @@ def test_a_new_target_replaces_the_one_before():
     run(session)
 
 
+@pytest.mark.slow
 def test_axes_of_an_if1_move_one_after_the_other():
     async def session(lab):
         x, y = lab.records["X"], lab.records["Y"]
@@ -392,6 +394,7 @@ def test_motors_of_a_chain_are_axes_of_one_station():
     asyncio.run(session())
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("model", ["1811", "if1", "smartmotor"])
 def test_a_stop_by_another_host_fails_the_move_and_is_an_alarm(model):
     async def session(lab):

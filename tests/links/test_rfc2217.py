@@ -32,6 +32,7 @@ def initialise(host):
     assert host.read(2) == b"C\r"
 
 
+@pytest.mark.slow
 def test_pyserial_negotiates_format_lines_and_break(served, if1, url):
     with serial.serial_for_url(str(url), timeout=HOST_TIMEOUT_S, **USUAL) as host:
         assert if1.serial.host.format == UartFormat(9600, 8, "N", 2)
@@ -63,6 +64,7 @@ def test_pyserial_keeps_its_own_format_from_the_beginning(url):
         assert host.read(2) == b"C\r"
 
 
+@pytest.mark.slow
 def test_a_host_that_waits_for_cts_gets_the_devices_dtr_if_asked_for(served, if1):
     """Control of data transfer: "the DTR line may be connected to the CTS input at the controller"."""
     url = served.open(if1, "rfc2217://127.0.0.1:0?cts=dtr")

@@ -149,6 +149,7 @@ def test_who_only_fetches_the_page_is_nobody_and_does_not_drive():
     assert stage.play(partial(build_page, visited.enter), play) == (200, 0, None)
 
 
+@pytest.mark.slow
 def test_of_many_pages_that_are_left_the_latest_are_kept_whole(monkeypatch):
     monkeypatch.setattr(page_module, "KEPT_PAGES", 2)
     visited = Visited("aaaa")

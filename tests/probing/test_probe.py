@@ -140,6 +140,7 @@ def test_a_position_that_changes_without_motion_differs():
     assert differences(probe("if1", end, Settings(line=line, find_options=False))) == []
 
 
+@pytest.mark.slow
 def test_a_report_that_a_smartmotor_cannot_give_differs():
     _, end = controller("smartmotor")
     wrong = {b"RP\r": b"00", b"RBd\r": b"2"}
@@ -167,6 +168,7 @@ def test_small_motion_makes_pulses(model):
     assert sum(axis.pulse_times().size for axis in made.axes.values())
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("model", "option", "value", "text", "settings"), [
     ("if1", "busy", "ignore", 'busy="ignore"', SMALL),
     ("1811", "part_number", "94-012345-02B", 'part_number="94-012345-02B"', SMALL)])  # fmt: skip

@@ -233,6 +233,7 @@ def hal(tmp_path):
         shutil.rmtree(home)
 
 
+@pytest.mark.slow
 def test_step_generators_of_hal_make_every_pulse(hal):
     sender, events = hal(HAL_FILE, {"table.X": 500})
     assert events.get(timeout=300) == Ready({"table.X": 500}, {"table.limit_plus": True})

@@ -116,6 +116,7 @@ def test_garbage_is_refused_without_a_traceback(page, capfd):
     assert capfd.readouterr().err == ""
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(not os.path.isdir("/proc/self/fd"), reason="only on Linux")
 def test_idle_visitors_take_away_neither_the_page_nor_the_descriptors(page):
     def files():

@@ -24,6 +24,7 @@ def sweep(directory):
     return Sweep(stepper(directory)).vary("table.X.load.torque", "0.1..0.6:3").measure("lost", "final table.X.lost")
 
 
+@pytest.mark.slow
 def test_a_cluster_gives_the_rows_of_this_process(tmp_path, scheduler, monkeypatch):
     found = sweep(tmp_path).run(tmp_path / "a.parquet", seconds=3, scheduler=scheduler)
     assert digest(found) == digest(sweep(tmp_path).run(seconds=3, workers=0))
@@ -43,6 +44,7 @@ def test_another_program_at_the_address_is_refused(tmp_path, monkeypatch):
     assert not (tmp_path / "a.parquet.parts").exists()
 
 
+@pytest.mark.slow
 def test_a_lost_scheduler_ends_a_sweep_that_can_be_continued(tmp_path):
     distributed = pytest.importorskip("distributed", reason="the extra [cluster] is not installed")
     options = {"processes": False, "dashboard_address": None, "n_workers": 1, "threads_per_worker": 1}

@@ -49,6 +49,7 @@ def test_the_same_trials_after_an_interruption_and_the_worst_case_counts(tmp_pat
         tuning(tmp_path).run(tmp_path / "b.db", trials=7, seconds=4, workers=0, seed=1)
 
 
+@pytest.mark.slow
 def test_the_command_prints_lines_for_the_program_and_draws_the_study(tmp_path):
     words = ("tune", motor(tmp_path), "--for", 0.1, "--trials", 2, "--workers", 0, "--out", tmp_path / "g.db")
     words += ("--change", "knife.program.KP=100..200", "--change", "knife.KI=[50]", "--change", "shaft.motor.kv=5..6")

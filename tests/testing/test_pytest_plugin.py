@@ -157,6 +157,7 @@ def test_an_invalid_marker_is_an_error(run, marker, message):
     assert code == 1 and message in told
 
 
+@pytest.mark.slow
 def test_the_report_says_that_virtual_time_stood_still_and_why_nothing_moves(run):
     code, told = run("""
 @pytest.mark.axistwin("if1")
