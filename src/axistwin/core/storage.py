@@ -408,3 +408,10 @@ def encoding_of(data: bytes) -> str:
         typographic = high <= TYPOGRAPHIC and (high >= {0x93, 0x94} or 0x96 in high)
         return "cp1252" if typographic else DOS if high else WINDOWS
     return "utf-8"
+
+
+def state_file(name: str) -> Path:
+    """Return the path of a file that the program keeps for its user from one session to the next."""
+    usual = Path.home() / (".local/state" if os.name == "posix" else "AppData/Local")
+    state = os.environ.get("XDG_STATE_HOME") or os.environ.get("LOCALAPPDATA") or usual
+    return Path(state) / "axistwin" / name

@@ -138,8 +138,6 @@ def _possible(path: Path) -> Path:
 
 
 File = Annotated[Path, AfterValidator(_possible)]
-
-
 _ONE_OR_MORE = {"anyOf": [{"type": "string"}, {"type": "array", "items": {"type": "string"}}]}
 _listed = BeforeValidator(lambda given: [given] if isinstance(given, str) else given)
 Files = Annotated[list[File], _listed, WithJsonSchema(_ONE_OR_MORE)]

@@ -13,9 +13,8 @@ from axistwin.cli.common.parameters import FILE
 from axistwin.cli.common.target import bench_for
 from axistwin.cli.serving.term import ENDS, converse_with
 from axistwin.core.errors import AxistwinError, UsageError
-from axistwin.core.storage import write_file
+from axistwin.core.storage import state_file, write_file
 from axistwin.ui.teaching.lessons import course
-from axistwin.ui.terminal.state import state_file
 
 
 @click.command()

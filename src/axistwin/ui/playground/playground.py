@@ -40,8 +40,8 @@ from axistwin.ui.guide.shipped import examples
 from axistwin.ui.playground.curves import Curves
 from axistwin.ui.playground.link import LONGEST_CONTENTS, Shared, decode, encode
 from axistwin.ui.playground.pictures import Pictures
-from axistwin.ui.teaching.commands import own_command
 from axistwin.ui.teaching.lessons import COURSES, course
+from axistwin.ui.teaching.tutor import own_command
 
 COMMANDS = ":drive, :explain, :init, :next, :show, :store, :task and :why"
 CODE = ".py"  # Suffix of the files of devices.

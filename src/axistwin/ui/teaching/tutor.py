@@ -17,8 +17,15 @@ from axistwin.sim.manual_actions import ManualAct
 from axistwin.ui.teaching.guide import Guide, PlainGuide, Term
 
 LONGEST = 400  # Number of earlier lines that are checked together with a new line of the host.
+_COMMAND = re.compile(r":([a-z]+)(?:\s+(.*))?")
 _CODE = re.compile(r"[A-Z]{2}\d{3}")
 _NUMBER = re.compile(r"-?\d+")
+
+
+def own_command(line: str) -> tuple[str, str] | None:
+    """Split a command of a terminal itself, e.g. `:why`, into name and argument; None for a line of any controller."""
+    found = _COMMAND.fullmatch(line)
+    return None if found is None else (found[1], (found[2] or "").strip())
 
 
 class Tutor:

@@ -12,8 +12,8 @@ from axistwin.links.pacing import read_speed
 from axistwin.plant.servo_axis import ServoAxis
 from axistwin.scenes.reports.columns import columns
 from axistwin.sim.pins import UserPin
-from axistwin.ui.teaching.commands import own_command
 from axistwin.ui.teaching.pupil import Pupil
+from axistwin.ui.teaching.tutor import own_command
 from axistwin.ui.terminal.screen import Screen
 from axistwin.ui.terminal.virtual import VirtualEnd
 

@@ -17,10 +17,10 @@ from prompt_toolkit.input import Input
 from prompt_toolkit.output import Output
 
 from axistwin.core.errors import LinkError
+from axistwin.core.storage import state_file
 from axistwin.ui.teaching.tutor import Tutor
 from axistwin.ui.terminal.commands import MEANINGS
 from axistwin.ui.terminal.screen import PROMPT
-from axistwin.ui.terminal.state import state_file
 
 if TYPE_CHECKING:
     from axistwin.ui.terminal.virtual import VirtualEnd

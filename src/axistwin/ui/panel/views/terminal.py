@@ -16,7 +16,7 @@ from axistwin.ui.panel.drawings.entries import Entries
 from axistwin.ui.panel.turns import breathe
 from axistwin.ui.panel.views.asides import Asides
 from axistwin.ui.panel.views.lessons import LessonCard
-from axistwin.ui.teaching.commands import own_command
+from axistwin.ui.teaching.tutor import own_command
 
 TERMINATORS = {"usual": b"\r", "CR": b"\r", "LF": b"\n", "CR LF": b"\r\n", "space": b" ", "nothing": b""}
 REMEMBERED = 100
