@@ -75,6 +75,19 @@ class Relay:
         self.relayed: Signal[bool, bytes] = Signal()  # Event: data has been passed on, from the host if True.
         self.formats: Signal[UartFormat] = Signal()  # Event: the host has set another line format.
         self._gone = False  # True while the device is lost.
+        self._aside: Callable[[bytes], object] | None = None
+
+    def ask(self, data: bytes, receive: Callable[[bytes], object]) -> None:
+        """Send data that are not the host's.  Until `release`, `receive` is called instead of the host, which waits."""
+        self._aside = receive
+        self._queue(partial(self._write, data))
+
+    def release(self, rest: bytes) -> None:
+        """End what `ask` has begun; the host receives `rest`."""
+        self._aside = None
+        self._pacer.sync()
+        self._to_host(rest)
+        self._forward()
 
     def start(self, pacer: Pacer, lost: Callable[[LinkError], None]) -> None:
         """Start forwarding; call it in the event loop of the pacer.  `lost` is called when the device is lost."""
@@ -118,6 +131,8 @@ class Relay:
             self._outgoing.append(byte)
 
     def _forward(self) -> None:
+        if self._aside is not None:
+            return
         if self.port.host.format != self._applied:
             self._applied = self._pass_through.format = self.port.host.format
             settings = settings_of(self._applied)
@@ -206,11 +221,17 @@ class Relay:
         self._pacer.sync()
         if levels is not None:
             self._show_lines(*levels)
+        if data and self._aside is not None:
+            self._aside(data)
+            return
+        self._to_host(data)
+        if data:
+            self.relayed.emit(False, data)
+
+    def _to_host(self, data: bytes) -> None:
         self._pass_through.format = self.port.host.format
         self._pass_through.send(data)
         self._pacer.work()
-        if data:
-            self.relayed.emit(False, data)
 
     def _show_lines(self, dsr: bool, cts: bool) -> None:
         self.port.dtr_line.set(dsr)
