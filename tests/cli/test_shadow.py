@@ -30,6 +30,7 @@ def machine(answers):
                 line = b""
                 while byte := connection.recv(1):
                     line += byte
+                    line = line.lstrip(b"\n")
                     if line in answers:
                         connection.sendall(answers[line].pop(0))
                     line = b"" if byte in (b"\r", b"(") else line
@@ -81,6 +82,32 @@ def test_a_machine_that_answers_something_else():
     assert code == 1 and "answer: E answers B\\r, the twin C\\r (Busy status)" in out
 
 
+class Once(list):
+    """An answer, and an event when it has been given."""
+
+    def __init__(self, answer):
+        super().__init__([answer])
+        self.given = threading.Event()
+
+    def pop(self, index):
+        self.given.set()
+        return super().pop(index)
+
+
+@pytest.mark.slow
+def test_the_controller_is_asked_and_its_host_hears_only_its_own_answers():
+    answers = {b"I\r": [b"192\r"] * 3, b"N\r": Once(b"0\r"), b"E\r": [b"C\r", b"C\r"]}
+    with (
+        machine(answers) as real,
+        serving(real, "--model", "if1", *QUICK, *PATIENT, "--ask", command="shadow") as (program, [(_, url)]),
+        dial(url) as host,
+    ):
+        assert answers[b"N\r"].given.wait(60)
+        assert ask(host, b"E\r", b"C\r") == b"C\r"
+        code, out = finished(program)
+    assert code == 0 and "3 answers, no findings" in out
+
+
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
@@ -95,6 +122,7 @@ def test_a_machine_that_answers_something_else():
         (("socket://127.0.0.1:1", "--model", "if1"), "cannot open socket://127.0.0.1:1"),
         (("bus://127.0.0.1:1", "--model", "1811"), "cannot open bus://127.0.0.1:1"),
         (("bus://127.0.0.1:1", "--model", "1811", "--port", "tcp://127.0.0.1:0"), "expected e.g. bus://127.0.0.1:1812"),
+        (("--listen", "/dev/none1", "/dev/none2", "--model", "if1", "--ask"), "--listen only receives"),
         (("--listen", "/dev/none1", "/dev/none2", "--model", "if1"), "cannot open /dev/none1"),
     ],
 )  # fmt: skip

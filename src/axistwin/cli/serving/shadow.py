@@ -17,6 +17,7 @@ from axistwin.cli.common.parameters import FILE, Number, Seconds
 from axistwin.cli.common.target import bench_for
 from axistwin.cli.serving.bench_and_ports import ANY_BUS_PORT, ANY_PORT
 from axistwin.cli.serving.ending import INTERRUPTED, ending
+from axistwin.controllers.product import Product
 from axistwin.controllers.registry import texts_of
 from axistwin.core.errors import LinkError, UsageError
 from axistwin.core.units import S
@@ -24,6 +25,8 @@ from axistwin.links.relay import Relay
 from axistwin.links.server import Server
 from axistwin.links.urls import parse
 from axistwin.real.hosts.port_end import PortEnd
+from axistwin.real.shadow.asking import Asker, questions_of
+from axistwin.real.shadow.board_asking import BoardAsker
 from axistwin.real.shadow.bus_relay import BusRelay
 from axistwin.real.shadow.feed import What
 from axistwin.real.shadow.supervision import Supervisor
@@ -33,7 +36,7 @@ from axistwin.sim.serial_port import Flow
 log = logging.getLogger("axistwin")
 
 USUAL = UartFormat(9600, 8, "N", 2)
-CHECK_S, BEAT_S = 1.0, 0.02
+CHECK_S, BEAT_S, ASKS_S = 1.0, 0.02, 0.01
 LATE_S = 0.005  # Delay of this process above which its times are not used.
 
 
@@ -46,6 +49,8 @@ LATE_S = 0.005  # Delay of this process above which its times are not used.
               help="Port for the host, e.g. rfc2217://127.0.0.1:2217; default: any free TCP port.")  # fmt: skip
 @click.option("--listen", nargs=2, metavar="HOST_SIDE CONTROLLER_SIDE",
               help="Two receive-only lines, instead of REAL: what the host and the controller send.")  # fmt: skip
+@click.option("--ask", is_flag=True,
+              help="Also ask the controller for inputs, status and positions, while the line is silent.")  # fmt: skip
 @click.option("--line", metavar="FORMAT", help="Line format, e.g. '9600 8N2'; default: the model's usual format.")
 @click.option("--tolerance", type=Number(), metavar="MS",
               help="Time that is never a finding; default: 15 ms, and what is usual for the machine.")  # fmt: skip
@@ -55,14 +60,15 @@ LATE_S = 0.005  # Delay of this process above which its times are not used.
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON object at the end, instead of text.")
 def shadow(
     real: str | None, model: str | None, scene: Path | None, options: tuple[str, ...], ports: tuple[str, ...],
-    listen: tuple[str, str] | None, line: str | None, tolerance: float | None, log_file: Path | None,
+    listen: tuple[str, str] | None, ask: bool, line: str | None, tolerance: float | None, log_file: Path | None,
     duration: float | None, as_json: bool,
 ) -> int:  # fmt: skip
     """Compare a real controller with its twin while the machine works.
 
     The host connects to the port that is printed, and the controller is at REAL: a serial device, tcp://HOST:PORT,
     rfc2217://HOST:PORT, bus://HOST:PORT or a URL of pyserial.  All data are passed on first, and compared afterwards in
-    another process.  Nothing else is sent to the controller.  With --listen two receive-only lines are at the cable.
+    another process.  Without --ask nothing else is sent to the controller.  With --listen two receive-only lines are at
+    the cable.
 
     One line per finding: answers that differ or come late, missing characters, moves that take longer, positions that
     disagree, faults.  A summary follows at the end, and at the signal SIGUSR1.  Exit code 1 if anything differed.
@@ -73,6 +79,8 @@ def shadow(
     axistwin shadow bus://127.0.0.1:1811 --model 1811 --port bus://127.0.0.1:1812
     axistwin shadow --listen /dev/ttyUSB0 /dev/ttyUSB1 --model smartmotor
     """
+    if ask and listen:
+        raise UsageError("--ask needs a line to the controller, and --listen only receives: leave one of them out")
     made, fmt = _checked(real, model, scene, options, listen, line)
     if log_file is not None and not log_file.parent.is_dir():
         raise UsageError(f"{log_file} cannot be written: there is no directory {log_file.parent}")
@@ -82,7 +90,7 @@ def shadow(
         "devices": texts_of([made]), "tolerance_ms": tolerance,
         "log": None if log_file is None else str(log_file), "json": as_json,
     }  # fmt: skip
-    return asyncio.run(_run(real, made, ports, listen, fmt, settings, duration))
+    return asyncio.run(_run(real, made, ports, listen, fmt, settings, duration, ask))
 
 
 def _checked(
@@ -117,16 +125,16 @@ def _checked(
 
 async def _run(
     real: str | None, name: str, ports: tuple[str, ...], listen: tuple[str, str] | None, fmt: UartFormat | None,
-    settings: dict[str, Any], duration: float | None,
+    settings: dict[str, Any], duration: float | None, ask: bool,
 ) -> int:  # fmt: skip
     ended = ending()
     with ExitStack() as stack:
         if listen is not None:
             begin: Callable[[Supervisor], Any] = partial(_listen, listen, settings["line"], stack)
         elif fmt is None:
-            begin = partial(_relay_bus, str(real), ports, name, stack)
+            begin = partial(_relay_bus, str(real), ports, name, stack, ask)
         else:
-            begin = await _relay(str(real), name, fmt, ports, stack)
+            begin = await _relay(str(real), name, fmt, ports, stack, ask)
         supervisor = Supervisor(settings, log.warning)
         try:
             await begin(supervisor)
@@ -166,7 +174,7 @@ def _subscribe_summary(supervisor: Supervisor) -> None:
 
 
 async def _relay(
-    real: str, name: str, fmt: UartFormat, ports: tuple[str, ...], stack: ExitStack
+    real: str, name: str, fmt: UartFormat, ports: tuple[str, ...], stack: ExitStack, ask: bool
 ) -> Callable[[Supervisor], Any]:  # fmt: skip
     relay = Relay(real.replace("tcp://", "socket://", 1) if real.startswith("tcp://") else real, name, fmt)
     stack.callback(relay.close)
@@ -189,10 +197,35 @@ async def _relay(
         relay.relayed.subscribe(lambda by_host, data: supervisor.add(What.HOST if by_host else What.MACHINE, data))
         relay.formats.subscribe(lambda new: supervisor.add(What.FORMAT, str(new).encode()))
         relay.start(server.pacer, lost)
+        if ask:
+            stack.callback(_ask(relay, product(name), fmt, supervisor).cancel)
         for _, opened in server.ports:
             supervisor.say(f"{name} listening on {opened}")
 
     return begin
+
+
+def _ask(relay: Relay, made: Product, fmt: UartFormat, supervisor: Supervisor) -> asyncio.Task[None]:
+    """Ask the controller, now and whenever the twin knows nothing of it any more."""
+    loop = asyncio.get_running_loop()
+    asker = Asker(
+        made, lambda data: relay.ask(data, lambda said: asker.received(loop.time(), said)), relay.release,
+        lambda by_host, data: supervisor.add(What.HOST if by_host else What.MACHINE, data),
+    )  # fmt: skip
+    if not asker.questions:
+        log.warning("--ask has no effect: the table of %s has no query without a parameter, nor a driver", made.model)
+    asker.pace(fmt)
+    relay.formats.subscribe(asker.pace)
+    relay.relayed.subscribe(lambda by_host, data: asker.passed(loop.time(), by_host, data))
+    supervisor.anew = lambda: asker.begin(loop.time())
+    supervisor.anew()
+
+    async def tick() -> None:
+        while True:
+            await asyncio.sleep(ASKS_S)
+            asker.tick(loop.time())
+
+    return loop.create_task(tick())
 
 
 async def _reopen(relay: Relay, supervisor: Supervisor) -> None:
@@ -207,9 +240,15 @@ async def _reopen(relay: Relay, supervisor: Supervisor) -> None:
 
 
 async def _relay_bus(
-    real: str, ports: tuple[str, ...], name: str, stack: ExitStack, supervisor: Supervisor
+    real: str, ports: tuple[str, ...], name: str, stack: ExitStack, ask: bool, supervisor: Supervisor
 ) -> None:  # fmt: skip
-    relay = BusRelay(parse(real), lambda by_host, data: supervisor.add(What.HOST if by_host else What.MACHINE, data))
+    def tell(by_host: bool, data: bytes) -> None:
+        supervisor.add(What.HOST if by_host else What.MACHINE, data)
+
+    asker = BoardAsker(questions_of(product(name)), tell) if ask else None
+    if asker is not None:
+        supervisor.anew = asker.begin
+    relay = BusRelay(parse(real), tell, asker)
     stack.callback(relay.close)
     for text in ports or (ANY_BUS_PORT,):
         url = parse(text)

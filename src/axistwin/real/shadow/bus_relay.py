@@ -6,22 +6,28 @@ from collections.abc import Callable
 
 from axistwin.core.errors import LinkError, cannot_open
 from axistwin.links.urls import PortUrl
+from axistwin.real.shadow.board_asking import BoardAsker
 
 CHUNK = 4096
 
 
 class BusRelay:
-    """Listens for one host, and connects to `board` for it.  `relayed(from_host, data)` is called afterwards."""
+    """Listens for one host, and connects to `board` for it.  `relayed(from_host, data)` is called afterwards.
 
-    def __init__(self, board: PortUrl, relayed: Callable[[bool, bytes], object]) -> None:
-        self._board, self._relayed = board, relayed
+    `asker` asks the board before its data pass.
+    """
+
+    def __init__(
+        self, board: PortUrl, relayed: Callable[[bool, bytes], object], asker: BoardAsker | None = None
+    ) -> None:
+        self._board, self._relayed, self._asker = board, relayed, asker
         self._server: asyncio.Server | None = None
         self.busy = False  # True while a host is connected.
 
     async def open(self, url: PortUrl) -> PortUrl:
         """Check that the board's bridge is there, and listen.  Raises LinkError."""
         try:
-            _, writer = await asyncio.open_connection(self._board.host, self._board.port)
+            _, writer = await self._connected()
             writer.close()
             self._server = await asyncio.start_server(self._serve, url.host, url.port)
         except OSError as error:
@@ -35,7 +41,7 @@ class BusRelay:
             return
         self.busy = True
         try:
-            there, back = await asyncio.open_connection(self._board.host, self._board.port)
+            there, back = await self._connected()
             ways = ((reader, back, True), (there, writer, False))
             tasks = [asyncio.create_task(self._pass(*way)) for way in ways]
             await asyncio.wait(tasks, return_when=asyncio.FIRST_COMPLETED)
@@ -48,6 +54,14 @@ class BusRelay:
         finally:
             self.busy = False
             writer.close()
+
+    async def _connected(self) -> tuple[asyncio.StreamReader, asyncio.StreamWriter]:
+        reader, writer = await asyncio.open_connection(self._board.host, self._board.port)
+        if self._asker is None or await self._asker.ask(reader, writer):
+            return reader, writer
+        writer.close()  # What is still answered is not for the host.
+        await writer.wait_closed()
+        return await asyncio.open_connection(self._board.host, self._board.port)
 
     async def _pass(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter, from_host: bool) -> None:
         with contextlib.suppress(OSError):

@@ -54,15 +54,17 @@ class Feed:
         self._thread = Thread(target=self._write, daemon=True)
         self._thread.start()
 
-    def add(self, what: What, data: bytes = b"") -> None:
-        now_ns = time.monotonic_ns() + self._ahead_ns
+    def add(self, what: What, data: bytes = b"") -> bool:
+        """Return True if the twin now learns that data before these were left out."""
+        now_ns, left_out = time.monotonic_ns() + self._ahead_ns, False
         try:
             if self._missed:
                 self._waiting.put_nowait(Record(What.MISSED, now_ns, b"%d" % self._missed))
-                self._missed = 0
+                self._missed, left_out = 0, True
             self._waiting.put_nowait(Record(what, now_ns, data))
         except Full:
             self._missed += len(data)
+        return left_out
 
     @property
     def stuck_s(self) -> float:

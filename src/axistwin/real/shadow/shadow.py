@@ -65,6 +65,7 @@ class Shadow:
         self.moves.trusted = False
         self.silent_since_ns: int | None = None
         self._absent = False
+        self._joined_by_echo = False  # True until the answer behind the echo has come, which is not compared either.
         self._asked_ns: int | None = None  # The time of the last request to a silent machine.
         self.pairs = self.lost = 0
 
@@ -147,9 +148,13 @@ class Shadow:
     def _machine_says(self, time_ns: int, data: bytes) -> None:
         host = b"".join(said for when, said in self._host if time_ns - when < REMEMBERED_NS)
         last = next(reversed(host.splitlines(keepends=True)), b"")
-        if not self.following:
+        if self._joined_by_echo:
+            self._joined_by_echo = False
+        elif not self.following:
             if self.dialect.tells(last, data):
                 self._join(time_ns, host if self.dialect.restarted(host, data) else last, data)
+                answers = (command.answers for command in self.dialect.commands(last))
+                self._joined_by_echo = self.dialect.echo and any(answers)
         elif self.dialect.restarted(last, data) and not self._pairing.twin.waiting and not self._twin_initialises():
             self.note("restart", "the machine has been switched off and on", time_ns)
             self._join(time_ns, last, data)
@@ -220,6 +225,7 @@ class Shadow:
 
     def _forget(self) -> None:
         self._pairing.clear()
+        self._joined_by_echo = False
         self._doubts.clear()
         self.dialect.clear()
         self._ours.clear()

@@ -22,6 +22,7 @@ class Supervisor:
         self._settings = {**settings, "ahead_ns": self._ahead_ns}
         self._warn = warn
         self._differed = False
+        self.anew: Callable[[], object] = lambda: None  # Called when the twin knows nothing of the machine any more.
         self._start()
 
     def _start(self) -> None:
@@ -36,7 +37,8 @@ class Supervisor:
         return self._process.pid
 
     def add(self, what: What, data: bytes = b"") -> None:
-        self._feed.add(what, data)
+        if self._feed.add(what, data) or what is What.BACK:
+            self.anew()
 
     def say(self, words: str) -> None:
         """Print a line beside the findings; where only JSON is wanted, as a message."""
@@ -54,6 +56,7 @@ class Supervisor:
         self._differed |= code == 1
         self.kill()
         self._start()
+        self.anew()
 
     def kill(self) -> None:
         """End the process without a summary."""
