@@ -2,7 +2,7 @@
 
     python benchmarks/shadow.py [plants|quiet|long] [--hours 24] [--days 30] [--seed 1] [--only N]
 
-A second bench is the real machine.  `plants`: thirty signs of wear, each of which must be found within three
+A second bench is the real machine.  `plants`: forty signs of wear, each of which must be found within three
 occurrences, after the shadow has learnt the healthy machine.  `quiet`: ordinary work with a jitter of 3 ms, and acts of
 people, without a finding.  `long`: the memory of a shadow over many days, at 100 requests a minute.  All in virtual
 time.  The exit code is 1 if a goal is missed.
@@ -25,6 +25,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "src"))
 
 from axistwin.bench import Bench
 from axistwin.core.units import MS, S
+from axistwin.devices import load
 from axistwin.plant.encoder import EncoderData
 from axistwin.real.shadow.findings import Finding, Kind
 from axistwin.real.shadow.log import Log
@@ -34,8 +35,9 @@ from axistwin.real.shadow.twin import Twin
 EPOCH_NS = 1_800_000_000 * S
 FAR = 1 << 40
 JITTER_NS = 3 * MS
-AXES = {"if1": ("X", "Y", "Z"), "1811": ("motor",), "smartmotor": ("shaft",)}
-GOAL, OF = 28, 30
+ESP300 = Path(__file__).resolve().parents[1] / "examples" / "devices" / "esp300.py"
+AXES = {"if1": ("X", "Y", "Z"), "1811": ("motor",), "smartmotor": ("shaft",), "esp300": ("1", "2", "3")}
+GOAL, OF = 38, 40
 POLL_S = 0.02
 LEARNING = 18  # Times that everything is done before the wear.
 
@@ -44,6 +46,7 @@ Filter = Callable[[bytes], bytes]
 
 def bench_of(model: str, **options: Any) -> Bench:
     """Return a bench with one controller whose limit switches are closed, half a minute after power-up."""
+    load(ESP300)
     bench = Bench()
     axes = {axis: {"limits": (-FAR, FAR)} for axis in AXES[model]}
     for axis in axes.keys() & options.keys():
@@ -253,7 +256,31 @@ class MotorWork(Work):
         self.move(b"ZS P=0 G ")
 
 
-WORK: dict[str, type[Work]] = {"if1": DigiplanWork, "1811": BoardWork, "smartmotor": MotorWork}
+class StageWork(Work):
+    """An ESP300-like stage moves to and fro, and against its limit, which its twin knows; its host polls MD."""
+
+    def begin(self) -> None:
+        for stage in (self.rig.machine, self.rig.shadow.twin):
+            stage.set_limit("1", -1, -20_000)
+        self.rig.say(b"1MO;1VA10;1AC10;1AG10\r")
+        self.rig.run(0.1)
+
+    def move(self, text: bytes) -> None:
+        self.rig.say(text)
+        self.until_at_rest(lambda: self.rig.ask(b"1MD?\r") == b"1\r\n", 0.1)
+        for request in (b"1TP\r", b"1TV?\r", b"TE?\r", b"TS\r", b"1AC?\r", b"VE?\r"):
+            self.rig.ask(request)
+
+    def cycle(self) -> None:
+        for text in (b"1PA12.5\r", b"1PR-20\r", b"1PA-30\r"):
+            self.move(text)
+        self.home()
+
+    def home(self) -> None:
+        self.move(b"1PA0\r")
+
+
+WORK: dict[str, type[Work]] = {"if1": DigiplanWork, "1811": BoardWork, "smartmotor": MotorWork, "esp300": StageWork}
 
 
 @dataclass(frozen=True)
@@ -365,6 +392,11 @@ def slower_motor(rig: Rig) -> None:
     rig.run(0.1)
 
 
+def slower_stage(rig: Rig) -> None:
+    rig.machine.write(b"1AC9.5;1AG9.5\r")
+    rig.run(0.1)
+
+
 def parity_fault(rig: Rig) -> None:
     """A damaged character reaches the interface now and then."""
     rig.to_machine = once(33, lambda data: b"~" + data)
@@ -401,6 +433,16 @@ PLANTS = (
     Plant("smartmotor", "a lost character", answers(once(31, lambda data: b"")), GARBLED),
     Plant("smartmotor", "a lost character of a request", lost_request, GARBLED),
     Plant("smartmotor", "another firmware's answer", answers(replacing(b"P", b"A")), (Kind.ANSWER,)),
+    Plant("esp300", "ramp 5 % slower", slower_stage, SLOW),
+    Plant("esp300", "backlash of 30 counts at the limit", limit_at("1", -20_030), COUNTED),
+    Plant("esp300", "100 lost counts", limit_at("1", -19_900), COUNTED),
+    Plant("esp300", "answers 40 ms late", late, (Kind.LATE,)),
+    Plant("esp300", "a flipped bit", answers(once(30, flip)), GARBLED),
+    Plant("esp300", "limit 50 counts early", limit_at("1", -19_950), COUNTED),
+    Plant("esp300", "a status bit that is stuck", answers(replacing(b"P", b"T")), (Kind.ANSWER,)),
+    Plant("esp300", "a lost character", answers(once(31, lambda data: b"")), GARBLED),
+    Plant("esp300", "a lost character of a request", lost_request, GARBLED),
+    Plant("esp300", "another firmware's answer", answers(replacing(b"V", b"v")), (Kind.ANSWER,)),
 )  # fmt: skip
 
 
@@ -533,9 +575,31 @@ class People:
         rig.ask(b"RBt\r")
         self.work.home()
 
+    def _stage_stop(self) -> None:
+        rig = self.rig
+        rig.say(b"1PA12.5\r")
+        rig.run(self.random.uniform(0.3, 1.5))
+        rig.say(b"1ST\r")
+        rig.run(1.5)
+        rig.ask(b"1TP\r")
+        self.work.home()
 
-WORD = {"if1": "if1", "1811": "board", "smartmotor": "motor"}
-POLL = {"if1": b"E\r", "1811": b"\x8c", "smartmotor": b"RBt\r"}
+    def _stage_switch(self) -> None:
+        """Somebody presses the limit switch, which stops the axis with an error."""
+        rig = self.rig
+        rig.say(b"1PA12.5\r")
+        rig.run(self.random.uniform(0.3, 1.5))
+        pin = rig.controller.pins["plus1"]
+        pin.drive(False)
+        rig.run(0.5)
+        pin.drive(True)
+        for request in (b"1MD?\r", b"TE?\r", b"1TP\r"):
+            rig.ask(request)
+        self.work.home()
+
+
+WORD = {"if1": "if1", "1811": "board", "smartmotor": "motor", "esp300": "stage"}
+POLL = {"if1": b"E\r", "1811": b"\x8c", "smartmotor": b"RBt\r", "esp300": b"1MD?\r"}
 
 
 def day(

@@ -26,7 +26,7 @@ def test_wear_is_found_within_three_occurrences(name):
 
 
 @pytest.mark.slow
-def test_all_thirty_signs_of_wear():
+def test_all_forty_signs_of_wear():
     assert len(campaign.PLANTS) == campaign.OF
     assert campaign.plants(seed=1, only="")
 

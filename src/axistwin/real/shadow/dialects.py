@@ -4,7 +4,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Iterator
 from typing import NamedTuple
 
-from axistwin.real.shadow.talk import Command, Words
+from axistwin.real.shadow.talk import Command
 from axistwin.real.shadow.twin import Twin
 
 
@@ -34,6 +34,7 @@ class Dialect(ABC):
     """The language of one family, for one twin."""
 
     message_size = 0  # Size of each message; 0: messages end in a terminator.
+    terminators = b"\r\n"
     stop = b""  # Command that ends a motion at once, without an answer.
     causes: tuple[str, ...] = ()  # Requests that tell the cause of an unexplained answer.
     needs_joining = False  # True if a twin must be told how to answer before the first request.
@@ -86,25 +87,6 @@ class Dialect(ABC):
         return False
 
 
-class Plain(Dialect):
-    """Any controller with lines of text: answers are compared in order."""
-
-    def __init__(self, twin: Twin) -> None:
-        super().__init__(twin)
-        self._words = Words(b"\r\n")
-
-    def commands(self, data: bytes) -> Iterator[Command]:
-        for word in self._words.receive(data):
-            if text := word.strip():
-                yield Command(text.decode("latin-1")[:16], "", word, starts=True)
-
-    def read(self, command: Command | None, data: bytes) -> Reading:  # noqa: ARG002
-        return Reading(data)
-
-    def clear(self) -> None:
-        self._words.clear()
-
-
 def number(data: bytes) -> int | None:
     """Return the decimal number in an answer; None if it is no number."""
     text = bytes(byte & 0x7F for byte in data).strip()
@@ -125,4 +107,6 @@ def dialect_for(twin: Twin) -> Dialect:
         from axistwin.real.shadow.smartmotor import SmartMotor
 
         return SmartMotor(twin)
-    return Plain(twin)
+    from axistwin.real.shadow.devices import Table
+
+    return Table(twin)

@@ -53,8 +53,8 @@ class Shadow:
         self.judge = Judge(self.dialect, self.findings, self.learned, self.moves, tolerance_ns)
         self._pairing = Pairing(self._both, self._alone)
         twin.owes = lambda: self._pairing.twin.owed
-        size = self.dialect.message_size
-        self._machine, self._ours = Messages(self._machine_says, size), Messages(self._twin_says, size)
+        form = self.dialect.message_size, self.dialect.terminators
+        self._machine, self._ours = Messages(self._machine_says, *form), Messages(self._twin_says, *form)
         twin.heard = self._twin_heard
         self._ahead_ns: int | None = None  # The twin's time minus the time of the arguments.
         self._doubts: deque[Doubt] = deque(maxlen=256)

@@ -49,13 +49,13 @@ class Answer(NamedTuple):
 
 
 class Messages:
-    """Cuts bytes into messages: after CR, after a silence, or of a fixed size; an LF after a CR is left out.
+    """Cuts bytes into messages: after a terminator, a silence, or of a fixed size; an LF after a CR is left out.
 
     `add` receives the time of the last byte and the message.
     """
 
-    def __init__(self, add: Callable[[int, bytes], object], size: int = 0, quiet_ns: int = QUIET_NS) -> None:
-        self._add, self._size, self._quiet_ns = add, size, quiet_ns
+    def __init__(self, add: Callable[[int, bytes], object], size: int = 0, ends: bytes = b"\r\n") -> None:
+        self._add, self._size, self._ends = add, size, ends
         self._data, self._last_ns, self._after_cr = bytearray(), 0, False
 
     def receive(self, time_ns: int, data: bytes) -> None:
@@ -66,12 +66,12 @@ class Messages:
             if code == LF and after_cr:
                 continue
             self._data.append(byte)
-            if len(self._data) == self._size if self._size else code in (CR, LF):
+            if len(self._data) == self._size if self._size else code in self._ends:
                 self._flush()
 
     def catch_up(self, now_ns: int) -> None:
         """Complete a message whose end shows by silence only."""
-        if self._data and now_ns - self._last_ns > self._quiet_ns:
+        if self._data and now_ns - self._last_ns > QUIET_NS:
             self._flush()
 
     def clear(self) -> None:

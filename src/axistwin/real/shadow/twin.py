@@ -170,11 +170,12 @@ class Twin:
         pin, closed = pins[direction > 0], self.controller.product.closed_level
         if old := self._limits.pop((axis, direction), None):
             old()
-        where, ways = f"{self.controller.name}.{axis} passes {position}", ("up", "down")
+        where, ways = f"{self.controller.name}.{axis} passes", ("up", "down")
         beyond, back = ways if direction > 0 else ways[::-1]
         stops = [
-            self.bench.when(f"{where} {beyond}", lambda: self.drive(pin, not closed)),
-            self.bench.when(f"{where} {back}", lambda: self.drive(pin, closed)),
+            self.bench.when(f"{where} {position} {beyond}", lambda: self.drive(pin, not closed)),
+            # An axis that stops at this very position closes the switch with its first pulse back.
+            self.bench.when(f"{where} {position - direction} {back}", lambda: self.drive(pin, closed)),
         ]
         self._limits[axis, direction] = lambda: [stop() for stop in stops]
 
