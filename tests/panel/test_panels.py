@@ -7,7 +7,8 @@ import pytest
 
 from axistwin import Bench, Session
 from axistwin.ui.panel import web
-from axistwin.ui.panel.web import Address, Panel
+from axistwin.ui.panel.address import Address
+from axistwin.ui.panel.web import Panel
 
 from .showing import stage
 

@@ -17,7 +17,8 @@ from websockets.sync.client import connect
 from axistwin import Bench
 from axistwin.scenes.sessions.session import Session
 from axistwin.ui.panel import web
-from axistwin.ui.panel.web import Address, Panel, listening_socket
+from axistwin.ui.panel.address import Address, listening_socket
+from axistwin.ui.panel.web import Panel
 
 from ..command import PATIENCE_S, ended, refused, running
 from .showing import stage

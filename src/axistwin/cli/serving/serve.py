@@ -159,7 +159,8 @@ def _panel(served: what_is.Served, speed: float | None, panel: str | None, token
         return None
     require("NiceGUI", "panel")
     from axistwin.scenes.sessions.session import Session
-    from axistwin.ui.panel.web import Address, Panel
+    from axistwin.ui.panel.address import Address
+    from axistwin.ui.panel.web import Panel
 
     session = Session(served.build, speed, scene=served.scene, served=True)
     return Panel(served.title, session, Address.read(panel, token))

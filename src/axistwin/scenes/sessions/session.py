@@ -123,6 +123,13 @@ class Session:
         self._attached.append(attach)
         attach(self.bench)
 
+    def show(self, bench: Bench) -> None:
+        """Replace the present bench by another one with the same controllers."""
+        self.bench = bench
+        for attach in self._attached:
+            attach(bench)
+        self.input.attach(bench)
+
     def serve(self, *, flow: Flow = Flow.DTR, reset: bool = False, share: bool = False) -> Server:
         """Create the server of real ports.  Its clients stay connected when the bench is replaced."""
         self.pacer.sync()
@@ -414,10 +421,7 @@ class Session:
         # If the new controllers cannot be built, the session keeps the old controllers.
         bench = self._build()
         self.input.mute()
-        self.bench = bench
-        for attach in self._attached:
-            attach(self.bench)
-        self.input.attach(self.bench)
+        self.show(bench)
         self._recorded_ns = recorded_ns
         self._replay = Replay(self.bench.clock, self.journal, self.input.replay, recorded_ns, self._end_slice)
 

@@ -20,8 +20,11 @@ class Figure(Protocol):
 
     drawing: Drawing
 
-    def show(self, controller: Controller, *, smooth: bool) -> None:
-        """Update the drawing of the axis; if `smooth` is True, the parts move in a smooth transition."""
+    def show(self, controller: Controller, *, smooth: bool, beside: int | None = None) -> None:
+        """Update the drawing of the axis; if `smooth` is True, the parts move in a smooth transition.
+
+        `beside`: position of a second machine, which is drawn as a pale copy.
+        """
 
 
 def readout(part: str, label: str, of: str = "", kind: str = "") -> str:

@@ -4,6 +4,7 @@ from importlib import resources
 
 from axistwin.bench import Controller
 from axistwin.ui.drawings.figure import Figure
+from axistwin.ui.drawings.scale import travel
 from axistwin.ui.drawings.shaft import Shaft
 from axistwin.ui.drawings.slide import Slide
 from axistwin.ui.drawings.switches import Press
@@ -11,7 +12,7 @@ from axistwin.ui.drawings.switches import Press
 
 def figure(controller: Controller, axis: str, press: Press) -> Figure:
     """Return the drawing of an axis: a slide if its travel is limited, else a rotating shaft."""
-    return Shaft(controller, axis) if controller.axes[axis].limits is None else Slide(controller, axis, press)
+    return Shaft(controller, axis) if travel(controller.axes[axis]) is None else Slide(controller, axis, press)
 
 
 def used_axes(controller: Controller) -> list[str]:

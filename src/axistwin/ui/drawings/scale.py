@@ -6,7 +6,9 @@ from weakref import ref
 
 from axistwin.bench import Bench
 from axistwin.core.units import S
+from axistwin.plant.axes import Axis
 
+FAR = 1 << 40  # A shadow's limit switches, whose places are unknown, are farther apart.
 LONGEST_NS = 1 * S  # Longest virtual time between two frames for a smooth movement; after a longer time, drawings jump.
 
 
@@ -36,6 +38,12 @@ def ticks(first: float, last: float, most: int) -> Iterator[int]:
     """Yield at most `most` + 1 multiples of a round step from `first` to `last`."""
     step = round_step(last - first, most)
     yield from range(ceil(first / step) * step, floor(last) + 1, step)
+
+
+def travel(axis: Axis) -> tuple[int, int] | None:
+    """Return the limits of an axis; None if it has none, or none that a drawing can show."""
+    limits = axis.limits
+    return None if limits is None or limits[1] - limits[0] > FAR else limits
 
 
 class Flow:

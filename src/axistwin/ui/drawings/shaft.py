@@ -30,7 +30,7 @@ class Shaft:
         self._before, self._frames = 0, 0
         self.drawing = Drawing(f"axis {controller.name}.{name}", "shaft", self._art(controller, axis))
 
-    def show(self, controller: Controller, *, smooth: bool) -> None:
+    def show(self, controller: Controller, *, smooth: bool, beside: int | None = None) -> None:
         axis, drawing = controller.axes[self.name], self.drawing
         position = axis.position
         wanted = show_motion(drawing, controller, self.name)
@@ -38,6 +38,9 @@ class Shaft:
         self._before = position
         drawing.place("disc", self._angle(position), smooth=smooth)
         drawing.place("ghost", self._angle(wanted), smooth=smooth)
+        drawing.flag("pale", "there", beside is not None)
+        if beside is not None:
+            drawing.place("pale", self._angle(beside), smooth=smooth)
         if self._said:
             turns, rest = divmod(position, self.per_rev)
             drawing.write("turns", f"{grouped(turns)} + {360 * rest / self.per_rev:.1f}°")
@@ -85,6 +88,7 @@ class Shaft:
             f'<div class="drawn"><svg viewBox="{box}" role="img" aria-label="{escape(self.name)}: a shaft">'
             f'<g data-part="machine">{_DIAL}'
             f'<g transform="translate(75 75)"><g class="moves disc" data-part="disc">{_DISC}</g>'
+            f'<g class="moves pale" data-part="pale"><path class="index" d="M0 -68l-7 14h14zM0 -54V0"/></g>'
             f'<g class="moves wanted" data-part="ghost"><path d="M0 -56l-5 -9h10z"/></g></g>'
             f"{_brake(controller)}</g>{note}</svg>{_WHEEL if isinstance(axis, ServoAxis) else ''}</div>"
             f"{readouts(*rows)}{STATES}"

@@ -37,13 +37,16 @@ class Slide:
             lambda pin: press(pin, action(self._controller.pins[pin])),
         )  # fmt: skip
 
-    def show(self, controller: Controller, *, smooth: bool) -> None:
+    def show(self, controller: Controller, *, smooth: bool, beside: int | None = None) -> None:
         axis, drawing = controller.axes[self.name], self.drawing
         position, (first, last) = axis.position, self.limits
         wanted = show_motion(drawing, controller, self.name)
         drawing.place("carriage", self._at(position), smooth=smooth)
         drawing.place("ghost", self._at(wanted), smooth=smooth)
         drawing.flag("ghost", "there", wanted != position)
+        drawing.flag("pale", "there", beside is not None)
+        if beside is not None:
+            drawing.place("pale", self._at(beside), smooth=smooth)
         there = target(axis)
         drawing.flag("aim", "there", there is not None)
         if there is not None:
@@ -96,6 +99,7 @@ class Slide:
         return (
             f'<svg viewBox="0 0 300 94" role="group" aria-label="{told}"><g data-part="machine">{_BED}'
             f"{''.join(self._scale())}{self._home(axis)}{self._switch('minus', LEFT)}{self._switch('plus', RIGHT)}"
+            f'<g class="moves pale" data-part="pale">{_CARRIAGE}</g>'
             f'<g class="moves ghost" data-part="ghost"><rect x="-19" y="27" width="38" height="32" rx="4"/></g>'
             f'<g class="aim" data-part="aim"><path d="M0 66l-5 8h10z"/></g>'
             f'<g class="moves carriage" data-part="carriage">{_CARRIAGE}</g></g></svg>{readouts(*rows)}{STATES}'

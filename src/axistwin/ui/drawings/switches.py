@@ -8,6 +8,7 @@ from axistwin.bench import Controller
 from axistwin.controllers.front import Lamp, Tone
 from axistwin.sim.pins import Pin, SensedPin
 from axistwin.ui.drawings.drawing import Drawing
+from axistwin.ui.drawings.scale import travel
 
 Press = Callable[[str, str], None]
 """Function that performs an action at a terminal: its arguments are the terminal, and `high`, `low` or `release`."""
@@ -140,7 +141,7 @@ def on_slides(controller: Controller, *only: str) -> dict[str, str]:
     product = controller.product
     found: dict[str, str] = {}
     for name, axis in controller.axes.items():
-        if axis.limits is not None and name in (only or (name,)):
+        if travel(axis) and name in (only or (name,)):
             found |= dict(zip(product.limit_pins.get(name, ()), ("minus", "plus"), strict=False))
             if name in product.home_pins and getattr(axis, "home", None) is not None:
                 found[product.home_pins[name]] = "home"

@@ -13,6 +13,7 @@ from axistwin.plant.axes import Axis
 from axistwin.plant.stepper import StepperAxis
 from axistwin.scenes.sessions.session import Session
 from axistwin.sim.pins import Pin
+from axistwin.ui.drawings.scale import travel
 
 POINTS = 2048  # Largest number of stored corners of the path; they take at most 64 KiB.
 PLACES = 512  # Largest number of stored points for each output.
@@ -24,7 +25,7 @@ Point = tuple[int, int]
 
 def table_axes(controller: Controller) -> tuple[str, str] | None:
     """Return the first two axes with limited travel, which form an X-Y table; None if there are fewer than two."""
-    with_travel = [name for name, axis in controller.axes.items() if axis.limits is not None]
+    with_travel = [name for name, axis in controller.axes.items() if travel(axis)]
     return (with_travel[0], with_travel[1]) if len(with_travel) > 1 else None
 
 

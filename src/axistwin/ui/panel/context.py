@@ -10,6 +10,7 @@ from axistwin.bench import Bench
 from axistwin.core.errors import AxistwinError
 from axistwin.scenes.sessions.session import Session
 from axistwin.ui.panel.actions import ActionQueue, State
+from axistwin.ui.panel.comparison import Comparison
 from axistwin.ui.panel.people import People, Person
 
 log = getLogger("axistwin")
@@ -59,8 +60,8 @@ def seldom(context: "Context", every: int, view: Refresh) -> Refresh:
 class Common:
     """Objects that all open web pages of a simulation share, e.g. the oscilloscope's recorder."""
 
-    def __init__(self, session: Session) -> None:
-        self.session = session
+    def __init__(self, session: Session, comparison: Comparison | None = None) -> None:
+        self.session, self.comparison = session, comparison
         self._made: dict[object, object] = {}
 
     def __call__(self, make: Callable[[Session], Thing]) -> Thing:
@@ -75,6 +76,7 @@ class Context:
 
     def __init__(self, common: Common, people: People, person: Person) -> None:
         self.session, self.common, self.people, self.person = common.session, common, people, person
+        self.comparison = common.comparison  # A machine beside the bench; the page can then only be looked at.
         self.unbuilt: list[Refresh] = []  # Functions that build newly opened tabs, once each, before the next frame.
         self.actions = common(ActionQueue)
 
@@ -84,7 +86,7 @@ class Context:
 
     @property
     def drives(self) -> bool:
-        return self.people.driver is self.person
+        return self.comparison is None and self.people.driver is self.person
 
     def touch(self, action: Callable[[], object], *, now: bool = False) -> bool:
         """Perform an action on the session if the user of this page may control the session.
@@ -125,7 +127,9 @@ class Context:
             complain(error)
 
     def _may(self) -> bool:
-        if not self.drives:
+        if self.comparison is not None:
+            ui.notify("this page only shows: neither the twin nor the machine can be acted on", type="warning")
+        elif not self.drives:
             ui.notify(f"{self.people.driver_name} drives: press Drive to take over", type="warning")
         return self.drives
 

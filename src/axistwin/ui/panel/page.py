@@ -23,6 +23,7 @@ from axistwin.ui.panel.outbound import Outbound
 from axistwin.ui.panel.people import Person
 from axistwin.ui.panel.turns import TURN_S, breathe, in_turns
 from axistwin.ui.panel.views.beside import beside
+from axistwin.ui.panel.views.compared import compared, differences
 from axistwin.ui.panel.views.driving import driving
 from axistwin.ui.panel.views.machines import machines
 from axistwin.ui.panel.views.operator import operator
@@ -156,14 +157,14 @@ def build_views(context: Context) -> Iterator[Refresh]:
 def _header(context: Context) -> Iterator[Refresh]:
     with ui.header(add_scroll_padding=False).classes("top"):
         ui.link("to the machine", "#bench").classes("skip")
-        yield driving(context)
+        yield driving(context) if context.comparison is None else compared(context, context.comparison)
 
 
 def _body(context: Context) -> Iterator[Refresh]:
     controllers = context.bench.controllers
     with ui.element("div").classes("bench").props("id=bench tabindex=-1"):
         with _card("machine", "machine"):
-            yield next_line(context)
+            yield next_line(context) if context.comparison is None else differences(context.comparison)
             if context.session.operator.items:
                 with ui.element("section").classes("desk").props('role=region aria-label="operator panel"'):
                     yield operator(context)

@@ -1,10 +1,7 @@
 """The panel's web server, which runs in the event loop that paces the bench."""
 
 import asyncio
-import secrets
-import socket
 from contextlib import AbstractContextManager, nullcontext
-from dataclasses import dataclass
 from importlib import resources
 
 import uvicorn
@@ -13,13 +10,12 @@ from fastapi.middleware.gzip import GZipMiddleware
 from nicegui import app, ui
 from uvicorn.protocols.http.auto import AutoHTTPProtocol
 
-from axistwin.core.errors import LinkError, UsageError, reason
-from axistwin.core.numbers import NumberError, shortened, whole
-from axistwin.links.urls import LOOPBACK
 from axistwin.links.web_gate import is_loopback
 from axistwin.scenes.sessions.session import Session
 from axistwin.ui.conversation.conversation import Conversation
 from axistwin.ui.panel import layout
+from axistwin.ui.panel.address import Address, listening_socket
+from axistwin.ui.panel.comparison import Comparison
 from axistwin.ui.panel.context import Common, Context
 from axistwin.ui.panel.gate import Gate
 from axistwin.ui.panel.memory import Memory
@@ -35,41 +31,12 @@ POLL_S = 0.01
 NOWHERE = {"type": "http", "method": "GET", "path": "/", "query_string": b"", "headers": [], "server": ("", 0)}
 
 
-@dataclass(frozen=True)
-class Address:
-    """Host and port of the panel.  `token`: required from browsers; None: not required."""
-
-    host: str
-    port: int
-    token: str | None
-
-    @staticmethod
-    def read(text: str, token: str | None) -> "Address":
-        """Parse the address of a panel, e.g. `8080`, `0.0.0.0:8080` or `[::1]:8080`.
-
-        If the host is not a loopback host and no token is given, the address has a random token.  Raises UsageError.
-        """
-        host, _, number = text.rpartition(":")
-        try:
-            port = whole(number, 0, 0xFFFF)
-        except NumberError:
-            raise UsageError(
-                f"invalid panel address {shortened(text)}: expected PORT or HOST:PORT, e.g. 8080"
-            ) from None
-        host = host.strip("[]") or LOOPBACK
-        if token is not None and not (token.isascii() and token.isprintable() and token.isalnum()):
-            raise UsageError(
-                "invalid --panel-token: expected letters and digits only, because the token is part of the panel's URL"
-            )
-        return Address(host, port, token or (None if is_loopback(host) else secrets.token_urlsafe(16)))
-
-
 class Panel:
-    """Web server of the panel, which shows a session in browsers."""
+    """Web server of the panel, which shows a session in browsers.  With a `comparison` it can only be looked at."""
 
-    def __init__(self, title: str, session: Session, address: Address) -> None:
+    def __init__(self, title: str, session: Session, address: Address, comparison: Comparison | None = None) -> None:
         self.session, self.people, self.address = session, People(), address
-        self.common = Common(session)
+        self.common = Common(session, comparison)
         self.common(Conversation)  # Messages are recorded even before a user opens the first page.
         self._title = title
         self._server: _Server | None = None
@@ -155,7 +122,7 @@ def _application(panel: Panel, title: str) -> FastAPI:
     app.config.quasar_config["loadingBar"]["skipHijack"] = True  # Without a name, it is a finding of axe.
     ui.run_with(
         application,
-        title=f"VIRTUAL: {title}",
+        title=f"{'VIRTUAL' if panel.common.comparison is None else 'SHADOW'}: {title}",
         favicon=icon,
         show_welcome_message=False,
         reconnect_timeout=RECONNECT_S,
@@ -164,18 +131,3 @@ def _application(panel: Panel, title: str) -> FastAPI:
         gzip_middleware_factory=None if is_loopback(panel.address.host) else GZipMiddleware,
     )
     return application
-
-
-def listening_socket(address: Address) -> socket.socket:
-    """Return a socket that listens at the address.  Raises LinkError if another program uses the address."""
-    family = socket.AF_INET6 if ":" in address.host else socket.AF_INET
-    try:
-        sock = socket.create_server((address.host, address.port), family=family)
-    except OSError as error:
-        raise LinkError(
-            f"cannot show a panel on {address.host}:{address.port}: {reason(error)}; "
-            "choose another port, or port 0 for any free port"
-        ) from None
-    # Without the option TCP_NODELAY, messages to the browser would arrive 40 ms late.
-    sock.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
-    return sock

@@ -45,7 +45,8 @@ def machines(context: Context, name: str) -> Refresh:
         for axis, (box, shown, picture) in frames.items():
             box.visible = box.visible or axis in used
             if box.visible:
-                shown.show(controller, smooth=smooth)
+                beside = None if context.comparison is None else context.comparison.beside(axis)
+                shown.show(controller, smooth=smooth, beside=beside)
                 picture.send()
         switches.show(controller, wanted(context).removeprefix(f"{name}."))
         board.send()
