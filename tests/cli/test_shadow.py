@@ -7,6 +7,7 @@ import signal
 import socket
 import sys
 import threading
+import urllib.request
 from contextlib import contextmanager
 
 import pytest
@@ -106,6 +107,28 @@ def test_the_controller_is_asked_and_its_host_hears_only_its_own_answers():
         assert ask(host, b"E\r", b"C\r") == b"C\r"
         code, out = finished(program)
     assert code == 0 and "3 answers, no findings" in out
+
+
+@pytest.mark.slow
+def test_a_panel_is_served_while_the_relay_goes_on():
+    pytest.importorskip("nicegui")
+    with (
+        machine(healthy()) as real,
+        serving(real, "--model", "if1", *QUICK, *PATIENT, "--panel", "0", command="shadow") as (program, [(_, url)]),
+    ):
+        address = program.stdout.readline().removeprefix("panel on ").strip()
+        with urllib.request.urlopen(address, timeout=60) as page:
+            assert "SHADOW: if1" in page.read().decode()
+        assert talked(url, b"E\r") == [b"C\r"]
+        code, out = finished(program)
+    assert code == 0 and "1 answers, no findings" in out
+
+
+def test_the_port_of_the_panel_is_in_use():
+    pytest.importorskip("nicegui")
+    with socket.create_server(("127.0.0.1", 0)) as taken:
+        port = str(taken.getsockname()[1])
+        assert "cannot show a panel" in refused("shadow", "/dev/null", "--model", "if1", "--panel", port)[1]
 
 
 @pytest.mark.parametrize(

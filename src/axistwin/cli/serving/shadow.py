@@ -19,7 +19,7 @@ from axistwin.cli.serving.bench_and_ports import ANY_BUS_PORT, ANY_PORT
 from axistwin.cli.serving.ending import INTERRUPTED, ending
 from axistwin.controllers.product import Product
 from axistwin.controllers.registry import texts_of
-from axistwin.core.errors import LinkError, UsageError
+from axistwin.core.errors import LinkError, UsageError, require
 from axistwin.core.units import S
 from axistwin.links.relay import Relay
 from axistwin.links.server import Server
@@ -36,6 +36,7 @@ from axistwin.sim.serial_port import Flow
 log = logging.getLogger("axistwin")
 
 USUAL = UartFormat(9600, 8, "N", 2)
+PANEL = "axistwin.cli.serving.shadow_panel"
 CHECK_S, BEAT_S, ASKS_S = 1.0, 0.02, 0.01
 LATE_S = 0.005  # Delay of this process above which its times are not used.
 
@@ -56,12 +57,14 @@ LATE_S = 0.005  # Delay of this process above which its times are not used.
               help="Time that is never a finding; default: 15 ms, and what is usual for the machine.")  # fmt: skip
 @click.option("--log", "log_file", type=FILE, metavar="FILE",
               help="Findings and durations as JSON lines; what is learnt is kept beside it.")  # fmt: skip
+@click.option("--panel", metavar="[H:]P",
+              help="Serve a panel for browsers that only shows. Without a host: only this machine.")  # fmt: skip
 @click.option("--for", "duration", type=Seconds(), metavar="S", help="End after this time; default: at Ctrl-C.")
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON object at the end, instead of text.")
 def shadow(
     real: str | None, model: str | None, scene: Path | None, options: tuple[str, ...], ports: tuple[str, ...],
     listen: tuple[str, str] | None, ask: bool, line: str | None, tolerance: float | None, log_file: Path | None,
-    duration: float | None, as_json: bool,
+    panel: str | None, duration: float | None, as_json: bool,
 ) -> int:  # fmt: skip
     """Compare a real controller with its twin while the machine works.
 
@@ -89,6 +92,7 @@ def shadow(
         "model": made, "scene": None if scene is None else str(scene), "options": options, "line": line,
         "devices": texts_of([made]), "tolerance_ms": tolerance,
         "log": None if log_file is None else str(log_file), "json": as_json,
+        "panel": None if panel is None else _panel(panel),
     }  # fmt: skip
     return asyncio.run(_run(real, made, ports, listen, fmt, settings, duration, ask))
 
@@ -123,6 +127,16 @@ def _checked(
     return made.model, None if made.line is None else line_format(line, made.line)[0]
 
 
+def _panel(text: str) -> tuple[str, int, str | None]:
+    """Return the panel's address, whose port the twin's process opens.  Raises LinkError if the port is in use."""
+    require("NiceGUI", "panel")
+    from axistwin.ui.panel.address import Address, listening_socket
+
+    given = Address.read(text, None)
+    with listening_socket(given) as sock:
+        return given.host, sock.getsockname()[1], given.token
+
+
 async def _run(
     real: str | None, name: str, ports: tuple[str, ...], listen: tuple[str, str] | None, fmt: UartFormat | None,
     settings: dict[str, Any], duration: float | None, ask: bool,
@@ -135,7 +149,7 @@ async def _run(
             begin = partial(_relay_bus, str(real), ports, name, stack, ask)
         else:
             begin = await _relay(str(real), name, fmt, ports, stack, ask)
-        supervisor = Supervisor(settings, log.warning)
+        supervisor = Supervisor(settings, log.warning, *([PANEL] if settings["panel"] else []))
         try:
             await begin(supervisor)
         except BaseException:

@@ -42,10 +42,11 @@ def records(stream: IO[bytes]) -> Iterator[Record]:
 
 
 class Feed:
-    """Writes records to the twin's process.  `add` returns at once, whatever the twin does."""
+    """Writes records to the twin's process, after `first`.  `add` returns at once, whatever the twin does."""
 
-    def __init__(self, stream: IO[bytes], ahead_ns: int) -> None:
-        self._stream, self._ahead_ns = stream, ahead_ns  # `ahead_ns`: time since 1970 minus the monotonic clock.
+    def __init__(self, stream: IO[bytes], ahead_ns: int, first: bytes = b"") -> None:
+        self._stream, self._first = stream, first
+        self._ahead_ns = ahead_ns  # `ahead_ns`: time since 1970 minus the monotonic clock.
         self._waiting: Queue[Record] = Queue(MOST_WAITING)
         self._missed = 0
         self.broken = False  # True if the twin's process has ended.
@@ -82,6 +83,7 @@ class Feed:
 
     def _write(self) -> None:
         try:
+            self._stream.write(self._first)
             while not (self._ended and self._waiting.empty()):
                 try:
                     record = self._waiting.get(timeout=0.05)

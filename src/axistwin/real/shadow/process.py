@@ -6,6 +6,7 @@ The relay is another process, so that a twin that fails, hangs or is slow cannot
 import json
 import sys
 import time
+from collections.abc import Callable
 from pathlib import Path
 from queue import Empty, Queue
 from threading import Thread
@@ -25,22 +26,26 @@ BEHIND_NS = 100 * MS  # What arrives is never older than this, so that the twin'
 
 
 class Observer:
-    """Compares what arrives with a twin, and prints findings."""
+    """Compares what arrives with a twin.  `show` receives each new finding and note; default: print it."""
 
-    def __init__(self, settings: dict[str, Any]) -> None:
+    def __init__(self, settings: dict[str, Any], show: Callable[[Finding], object] | None = None) -> None:
         self._log = Log(Path(settings["log"]) if settings["log"] else None, _warn)
         tolerance_ms = settings["tolerance_ms"]
-        bench = _bench(settings)
-        self._shadow = Shadow(
+        self.bench = bench = _bench(settings)
+        self._show = show or self._print
+        self.shadow = Shadow(
             Twin(bench, endpoint(bench)), self._tell, self._log.learned(),
             tolerance_ns=TOLERANCE_NS if tolerance_ms is None else round(tolerance_ms * MS), timed=self._log.timed,
         )  # fmt: skip
         self._as_json = bool(settings["json"])
-        self._bus = _bus_talk(self) if self._shadow.twin.on_bus else None
-        self.now_ns = self._since_ns = 0
+        self._bus = _bus_talk(self) if self.shadow.twin.on_bus else None
+        self.now_ns = self.since_ns = 0
 
     def _tell(self, finding: Finding) -> None:
         self._log.found(finding)
+        self._show(finding)
+
+    def _print(self, finding: Finding) -> None:
         if finding.kind is Kind.NOTE:
             print(finding.line(), file=sys.stderr, flush=True)
         elif not self._as_json:
@@ -50,57 +55,57 @@ class Observer:
         time_ns = self._reach(record.time_ns)
         match record.what:
             case What.HOST:
-                self._bus.host(record.data) if self._bus else self._shadow.host(time_ns, record.data)
+                self._bus.host(record.data) if self._bus else self.shadow.host(time_ns, record.data)
             case What.MACHINE:
-                self._bus.board(record.data) if self._bus else self._shadow.machine(time_ns, record.data)
+                self._bus.board(record.data) if self._bus else self.shadow.machine(time_ns, record.data)
             case What.FORMAT:
-                self._shadow.twin.set_line(record.data.decode())
+                self.shadow.twin.set_line(record.data.decode())
             case What.AWAY | What.BACK:
                 words = "away" if record.what is What.AWAY else "back"
-                self._shadow.note(f"port {words}", f"the port of the machine is {words}", time_ns)
+                self.shadow.note(f"port {words}", f"the port of the machine is {words}", time_ns)
             case What.MISSED:
                 words = f"the twin was behind: {record.data.decode()} characters were not compared"
-                self._shadow.rejoin(time_ns, words)
+                self.shadow.rejoin(time_ns, words)
             case What.LATE:
-                self._shadow.blind(time_ns, int(record.data))
+                self.shadow.blind(time_ns, int(record.data))
             case What.SUMMARY:
                 self.summary(sys.stderr)
 
     def _reach(self, time_ns: int) -> int:
-        self._since_ns = self._since_ns or time_ns
+        self.since_ns = self.since_ns or time_ns
         self.now_ns = max(self.now_ns, time_ns)
         return self.now_ns
 
     def tick(self, now_ns: int) -> None:
-        self._shadow.tick(self._reach(now_ns))
-        self._log.tick(self.now_ns, self._shadow.learned)
+        self.shadow.tick(self._reach(now_ns))
+        self._log.tick(self.now_ns, self.shadow.learned)
 
     def command(self, data: bytes) -> None:
-        self._shadow.host(self.now_ns, data)
+        self.shadow.host(self.now_ns, data)
 
     def message(self, data: bytes) -> None:
-        self._shadow.machine(self.now_ns, data)
+        self.shadow.machine(self.now_ns, data)
 
     def absent(self) -> None:
-        self._shadow.absent(self.now_ns)
+        self.shadow.absent(self.now_ns)
 
     def summary(self, stream: Any) -> None:
-        for line in lines(self._shadow, self._since_ns, self.now_ns):
+        for line in lines(self.shadow, self.since_ns, self.now_ns):
             print(line, file=stream, flush=True)
 
     def finish(self) -> int:
         """Print the summary; return 1 if anything differed."""
-        self._shadow.tick(self.now_ns + LAST_NS)  # The twin's last answers, and what waits for them.
-        found = as_dict(self._shadow, self._since_ns, self.now_ns)
+        self.shadow.tick(self.now_ns + LAST_NS)  # The twin's last answers, and what waits for them.
+        found = as_dict(self.shadow, self.since_ns, self.now_ns)
         self._log.write_hour()
         self._log.write_day()
-        self._log.save(self._shadow.learned)
+        self._log.save(self.shadow.learned)
         self._log.add("summary", **{key: value for key, value in found.items() if key not in ("findings", "notes")})
         if self._as_json:
             print(json.dumps(found, ensure_ascii=False), flush=True)
         else:
             self.summary(sys.stdout)
-        return 1 if self._shadow.findings.differences else 0
+        return 1 if self.shadow.findings.differences else 0
 
 
 def _bench(settings: dict[str, Any]) -> Any:
@@ -137,7 +142,7 @@ def _warn(words: str) -> None:
     print(f"axistwin: {words}", file=sys.stderr, flush=True)
 
 
-def _read(stream: IO[bytes], into: "Queue[Record | None]") -> None:
+def read(stream: IO[bytes], into: "Queue[Record | None]") -> None:
     for record in records(stream):
         into.put(record)
     into.put(None)
@@ -146,7 +151,7 @@ def _read(stream: IO[bytes], into: "Queue[Record | None]") -> None:
 def run(settings: dict[str, Any], stream: IO[bytes]) -> int:
     """Observe until the stream ends; return the exit code."""
     observer, arriving = Observer(settings), Queue[Record | None](10_000)
-    Thread(target=_read, args=(stream, arriving), daemon=True).start()
+    Thread(target=read, args=(stream, arriving), daemon=True).start()
     while True:
         try:
             record = arriving.get(timeout=TICK_S)
@@ -159,4 +164,4 @@ def run(settings: dict[str, Any], stream: IO[bytes]) -> int:
 
 
 if __name__ == "__main__":
-    sys.exit(run(json.loads(sys.argv[1]), sys.stdin.buffer))
+    sys.exit(run(json.loads(sys.stdin.buffer.readline()), sys.stdin.buffer))

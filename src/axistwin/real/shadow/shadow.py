@@ -68,6 +68,7 @@ class Shadow:
         self._joined_by_echo = False  # True until the answer behind the echo has come, which is not compared either.
         self._asked_ns: int | None = None  # The time of the last request to a silent machine.
         self.pairs = self.lost = 0
+        self.paired: Callable[[Answer, Answer], object] = lambda machine, twin: None
 
     # What happens
 
@@ -178,6 +179,7 @@ class Shadow:
         if machine.asked is None:
             self._steer(machine.time_ns - twin.time_ns)
         self.judge.time(machine, twin)
+        self.paired(machine, twin)
         if self.judge.agree(machine, twin):
             return
         due_ns = max(machine.time_ns, twin.time_ns) + self.judge.wait_ns(machine, twin)

@@ -15,22 +15,26 @@ END_S = 30.0  # Longest time for the summary at the end.
 
 
 class Supervisor:
-    """Owns the twin's process.  `warn` receives one line each time that it has failed."""
+    """Owns the twin's process, which executes `module`.  `warn` receives one line each time that it has failed."""
 
-    def __init__(self, settings: dict[str, Any], warn: Callable[[str], object]) -> None:
+    def __init__(
+        self, settings: dict[str, Any], warn: Callable[[str], object], module: str = "axistwin.real.shadow.process"
+    ) -> None:
         self._ahead_ns = time.time_ns() - time.monotonic_ns()
         self._settings = {**settings, "ahead_ns": self._ahead_ns}
-        self._warn = warn
+        self._warn, self._module = warn, module
         self._differed = False
         self.anew: Callable[[], object] = lambda: None  # Called when the twin knows nothing of the machine any more.
         self._start()
 
     def _start(self) -> None:
-        command = [sys.executable, "-m", "axistwin.real.shadow.process", json.dumps(self._settings)]
+        command = [sys.executable, "-m", self._module]
         # In a session of its own: Ctrl-C ends the relay, and then the twin, by the end of its input.
         self._process = subprocess.Popen(command, stdin=subprocess.PIPE, start_new_session=True)
         assert self._process.stdin is not None
-        self._feed, self._started_s = Feed(self._process.stdin, self._ahead_ns), time.monotonic()
+        # The settings go through the pipe, as the token of a panel is nobody else's business.
+        settings = json.dumps(self._settings).encode() + b"\n"
+        self._feed, self._started_s = Feed(self._process.stdin, self._ahead_ns, settings), time.monotonic()
 
     @property
     def pid(self) -> int:
