@@ -3,10 +3,10 @@
 A display reads terminals and registers by name, and depends on nothing else in the controller.
 """
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from enum import Enum
-from typing import Any
+from typing import Any, NamedTuple
 
 
 class Tone(Enum):
@@ -84,3 +84,23 @@ class Group:
     @property
     def sources(self) -> Iterator[str]:
         return iter(dict.fromkeys(item.source for item in self.items))
+
+
+class Status(NamedTuple):
+    """A status register of a device: what its bits mean, from 0, and its section in the manual."""
+
+    bits: Mapping[int, str]
+    section: str
+    restless: bool
+    text: bool
+
+
+def front_of(registers: Mapping[str, Status], pins: Iterable[str]) -> tuple[Group, ...]:
+    """Return a front panel: each register, bit by bit if its bits have meanings, and the terminals."""
+    groups = []
+    for name, status in registers.items():
+        title = name.replace("_", " ")
+        lamps = tuple(Lamp(str(bit), words, name, bit) for bit, words in sorted(status.bits.items()))
+        groups.append(Group(title, status.section, lamps or (Word(name, title, name),)))
+    terminals = tuple(Lamp(name, name, name) for name in pins)
+    return (*groups, Group("Terminals", "", terminals)) if terminals else tuple(groups)

@@ -43,6 +43,14 @@ def most_similar(word: str, known: Iterable[str]) -> str:
     return next(iter(get_close_matches(word, list(known), n=1)), "")
 
 
+def one_letter_off(word: str, other: str) -> bool:
+    """Return True if a letter is missing, more, wrong, or two are exchanged."""
+    pairs = enumerate(zip(word, other, strict=False))
+    same = next((at for at, (a, b) in pairs if a != b), min(len(word), len(other)))
+    word, other = word[same:], other[same:]
+    return other in (word[1:], word[1::-1] + word[2:]) or other[1:] in (word, word[1:])
+
+
 def with_article(noun: str) -> str:
     return f"{'an' if noun.lower().startswith((*'aeiou', '18')) else 'a'} {noun}"
 

@@ -81,10 +81,10 @@ class Options:
         for interrupt in self.interrupts:
             if interrupt not in get_args(Interrupt):
                 raise UsageError(f"interrupts={interrupt!r}: expected one of {valid_interrupts}")
-        check(self, RANGES)
         number = self.part_number
         if not (str(number) == number and number.isascii() and len(number) in (13, 14)):
             raise UsageError(f"part_number={self.part_number!r}: expected 13 or 14 characters, e.g. 94-003657-01A")
+        check(self, RANGES)
 
 
 RANGES: dict[str, tuple[float, float]] = {
