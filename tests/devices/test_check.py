@@ -2,9 +2,10 @@
 
 import pytest
 
+from axistwin.bench import device_checker as checking
 from axistwin.bench.models import product
 from axistwin.controllers.diagnostics import Diagnostic
-from axistwin.devices import Device, Lines, Option, checking, command, query
+from axistwin.devices import Device, Lines, Option, command, query
 from axistwin.scenes.diagnostics import codes
 from axistwin.scenes.diagnostics import fix as check_fix
 from axistwin.scenes.diagnostics.checking import diagnose_text

@@ -39,7 +39,12 @@ def test_case_counts_where_it_counts():
     class Strict(Valves):
         model, framing = "strict", Lines()
 
+        @command("SIDE {side:a|A}")
+        def take(self, side):
+            return side
+
     bench, controller = on_a_bench(Strict)
+    assert ask(bench, controller, b"SIDE a\rSIDE A\r") == b"a\rA\r"
     assert ask(bench, controller, b"in on\r") == b"no\r"
 
 

@@ -67,14 +67,14 @@ def _at(place: Place, model: str) -> Product:
 
 def _product(kind: Any) -> Product:
     # Imported here, because only the devices of others need it.
+    from axistwin.bench.device_checker import checked_product
     from axistwin.devices.device import Device
-    from axistwin.devices.making import product_of
 
     a_device = isinstance(kind, type) and issubclass(kind, Device)
     if not a_device:
         name = getattr(kind, "__name__", repr(kind))
         raise UsageError(f"{name} is not a device: expected a class that derives from axistwin.devices.Device")
-    return product_of(kind)
+    return checked_product(kind)
 
 
 def _checked(made: Product, what: str) -> Product:

@@ -2,12 +2,13 @@
 
 from collections.abc import Callable, Generator, Mapping
 from dataclasses import dataclass
-from typing import Any, ClassVar, NamedTuple
+from typing import Any, ClassVar
 
+from axistwin.controllers.front import Status
+from axistwin.controllers.patterns import Refused
 from axistwin.controllers.product import Awaited
 from axistwin.core.units import to_ns, to_seconds
 from axistwin.devices.framing import Framing, Lines, Request
-from axistwin.devices.table import Refused
 from axistwin.plant.positioner import Positioner
 from axistwin.sim.clock import Clock, Event, Procedure, Process, kill
 
@@ -26,25 +27,6 @@ class Output:
     level: bool = False
 
 
-@dataclass(frozen=True)
-class Option:
-    """A keyword of `Bench.add` and of scenes: its usual value, its range or choices, and what it means."""
-
-    usual: Any
-    low: float | None = None
-    high: float | None = None
-    choices: tuple[Any, ...] = ()
-    doc: str = ""
-
-
-class State(NamedTuple):
-    """A status register: what its bits mean, from 0, and its section in the manual."""
-
-    bits: Mapping[int, str]
-    section: str
-    restless: bool
-
-
 def register(bits: Mapping[int, str] | None = None, *, section: str = "", restless: bool = False) -> Any:
     """Make a method a register: a number or text that can be read without effect, traced and shown on the panel.
 
@@ -52,7 +34,8 @@ def register(bits: Mapping[int, str] | None = None, *, section: str = "", restle
     """
 
     def mark(method: Callable[..., Any]) -> Callable[..., Any]:
-        method.__dict__["state"] = State(bits or {}, section, restless)
+        text = method.__annotations__.get("return") in (str, "str")
+        method.__dict__["status"] = Status(bits or {}, section, restless, text)
         return method
 
     return mark

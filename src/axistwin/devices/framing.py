@@ -1,19 +1,17 @@
 """Framing: how the characters on a line become requests, and answers become characters."""
 
-import re
-from abc import ABC, abstractmethod
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
-from functools import cached_property, partial
+from functools import cache, partial, reduce
+from operator import xor
 from struct import Struct, error
-from typing import Any, NamedTuple
+from typing import Any, ClassVar, NamedTuple
 
+from axistwin.controllers.patterns import Parameter, Refused, Why
 from axistwin.core.errors import UsageError
 from axistwin.core.units import to_ns
-from axistwin.devices.table import Entry, Parameter, Refused, Why
+from axistwin.devices.table import Entry
 from axistwin.sim.frames import SOUND, LineError
-
-MOST_LINE = 256
 
 
 class Request(NamedTuple):
@@ -25,46 +23,21 @@ class Request(NamedTuple):
 
 
 class Port(NamedTuple):
-    """What a reader of characters uses."""
+    """The device's side of a reader of characters."""
 
-    address: bytes  # What requests for this device begin with; the reader drops all others.
-    take: Callable[[bytes, Refused | None], None]
-    """Function that is called with a whole request, and with the reason if its framing is wrong."""
+    address: bytes  # What requests for this device begin with.
+    take: Callable[[bytes, Refused | None], None]  # Called with a request, and why it is refused.
     echo: Callable[[bytes], None]
     now: Callable[[], int]  # Virtual time in ns.
-    drop: Callable[[bytes], None] = lambda data: None  # Function that is called with a request for others.
+    drop: Callable[[bytes], None] = lambda data: None  # Called with a request for others.
 
 
 Receive = Callable[[int, LineError], None]
 Find = Callable[[bytes], Request]
 
 
-class Framing(ABC):
-    """What `Lines` and `Datagrams` have in common."""
-
-    fields: tuple[str, ...] = ()
-    endings: tuple[bytes, bytes] = (b"", b"")  # Terminators of requests and of answers.
-    address: str = ""
-
-    @abstractmethod
-    def reader(self, port: Port) -> Receive:
-        """Return a function for each received character; it has the state of one power-on."""
-
-    @abstractmethod
-    def finder(self, entries: Iterable[Entry], axes: Mapping[str, Any]) -> Find:
-        """Return a function of a request's bytes; it raises Refused for an unknown command and a value out of range."""
-
-    @abstractmethod
-    def phrase(self, entry: Entry, values: Mapping[str, Any], address: bytes) -> bytes:
-        """Return the characters of a request, with these values of the parameters."""
-
-    @abstractmethod
-    def written(self, answer: Any) -> bytes:
-        """Return the characters of an answer.  Raises TypeError for an answer that cannot be written."""
-
-
 @dataclass(frozen=True)
-class Lines(Framing):
+class Lines:
     r"""Lines of text that end with a terminator.
 
     `ending`: terminator of the answers, by default that of the lines.  `echo`: each received character is sent back.
@@ -83,7 +56,8 @@ class Lines(Framing):
     ignore_case: bool = False
     separator: bytes = b""
     address: str = ""
-    most: int = MOST_LINE
+    most: int = 256
+    fields: ClassVar[tuple[str, ...]] = ()
 
     def __post_init__(self) -> None:
         if not self.terminator or any(byte in self.ignore for byte in self.terminator):
@@ -93,10 +67,12 @@ class Lines(Framing):
             )
 
     @property
-    def endings(self) -> tuple[bytes, bytes]:  # type: ignore[override]
+    def endings(self) -> tuple[bytes, bytes]:
+        """Terminators of requests and of answers."""
         return self.terminator, self.terminator if self.ending is None else self.ending
 
     def reader(self, port: Port) -> Receive:
+        """Return a function for each received character; it has the state of one power-on."""
         line, wrong = bytearray(), ""
 
         def receive(byte: int, errors: LineError) -> None:
@@ -116,63 +92,71 @@ class Lines(Framing):
             if len(line) > self.most + len(self.terminator):
                 wrong = wrong or f"a line is longer than {self.most} characters"
                 del line[self.most : -len(self.terminator)]
-            if not line.endswith(self.terminator):
-                return
-            data, reason = bytes(line[: -len(self.terminator)]), Refused(wrong, why=Why.FORMAT) if wrong else None
-            line.clear()
-            wrong = ""
-            if data.startswith(port.address):
-                rest = data[len(port.address) :]
-                for part in rest.split(self.separator) if self.separator and reason is None else [rest]:
-                    if part or data == port.address != b"":
-                        port.take(part, reason)
-            elif data:
-                port.drop(data)
+            if line.endswith(self.terminator):
+                data, reason = bytes(line[: -len(self.terminator)]), Refused(wrong, why=Why.FORMAT) if wrong else None
+                line.clear()
+                wrong = ""
+                self._pass_on(data, reason, port)
 
         return receive
 
+    def _pass_on(self, data: bytes, wrong: Refused | None, port: Port) -> None:
+        if data.startswith(port.address):
+            rest = data[len(port.address) :]
+            for part in rest.split(self.separator) if self.separator and wrong is None else [rest]:
+                if part or data == port.address != b"":
+                    port.take(part, wrong)
+        elif data:
+            port.drop(data)
+
     def finder(self, entries: Iterable[Entry], axes: Mapping[str, Any]) -> Find:
-        table = [(entry, self.compiled(entry, axes)) for entry in entries]
-        names = {name.upper(): name for name in axes} if self.ignore_case else {}
+        """Return a function of a request's bytes; it raises Refused for an unknown command and a value out of range."""
+        table = [(entry, entry.pattern.compiled(axes, self.ignore_case)) for entry in entries]
+        worded = [entry for entry, _ in table if entry.pattern.has_text]
+        convert = partial(Parameter.convert, axes=axes)
+        check_form = partial(Parameter.check_form, axes=axes, ignore_case=self.ignore_case)
 
         def find(data: bytes) -> Request:
             text = data.decode("latin-1")
             for entry, expression in table:
                 if found := expression.fullmatch(text):
-                    return Request(data, entry, entry.values(partial(_converted, found, names), found.span))
-            for entry, _ in table:
-                if entry.pattern.has_text and (found := self.compiled(entry, axes, loose=True).fullmatch(text)):
-                    entry.values(partial(self._formed, found, axes), found.span)
+                    return Request(data, entry, entry.values(found, convert))
+            for entry in worded:
+                if found := entry.pattern.compiled(axes, self.ignore_case, loose=True).fullmatch(text):
+                    entry.values(found, check_form)
             raise Refused(f"unknown command {text!r}", why=Why.UNKNOWN)
 
         return find
 
-    @property
-    def _flags(self) -> int:
-        return re.ASCII | (re.IGNORECASE if self.ignore_case else 0)
+    def shared(self, one: Entry, other: Entry, axes: Mapping[str, Any]) -> list[str]:
+        """Return lines that two commands match."""
 
-    def compiled(self, entry: Entry, axes: Mapping[str, Any], loose: bool = False) -> re.Pattern[str]:
-        return re.compile(entry.pattern.expression(axes, loose), self._flags)
+        def matched(entry: Entry, by: Entry) -> list[str]:
+            expression = by.pattern.compiled(axes, self.ignore_case)
+            return [line for line in entry.pattern.examples(next(iter(axes), "")) if expression.fullmatch(line)]
 
-    def _formed(self, found: re.Match[str], axes: Mapping[str, Any], parameter: Parameter) -> None:
-        text = found[parameter.name]
-        if text is not None and (words := parameter.misshapen(text, axes, self._flags)):
-            raise Refused(words, why=Why.FORMAT)
+        return matched(one, other) + matched(other, one)
+
+    def problems(self, entry: Entry) -> Iterator[str]:
+        """Yield what is wrong with a pattern."""
+        if not (entry.pattern.parts or self.address):
+            yield "an empty pattern needs an address: without one empty lines are ignored"
+        for parameter in entry.parameters:
+            if parameter.name not in entry.wanted:
+                yield f"the method of {entry.code!r} does not take {parameter.name!r}: add it to its parameters"
 
     def phrase(self, entry: Entry, values: Mapping[str, Any], address: bytes) -> bytes:
+        """Return the characters of a request, with these values of the parameters."""
         line = entry.pattern.filled(values)[0].encode("latin-1", "replace")
         return line if line in [bytes([byte]) for byte in self.at_once] else address + line + self.terminator
 
     def written(self, answer: Any) -> bytes:
+        """Return the characters of an answer.  Raises TypeError for an answer that cannot be written."""
         if isinstance(answer, bytes):
             return answer
         if not isinstance(answer, str | int | float) or isinstance(answer, bool):
             raise TypeError(f"returned {type(answer).__name__}: expected text, a number, bytes or None")
         return str(answer).encode("latin-1", "replace") + self.endings[1]
-
-
-def _converted(found: re.Match[str], names: Mapping[str, str], parameter: Parameter) -> Any:
-    return None if found[parameter.name] is None else parameter.convert(found[parameter.name], names)
 
 
 def add8(data: bytes) -> bytes:
@@ -182,14 +166,11 @@ def add8(data: bytes) -> bytes:
 
 def xor8(data: bytes) -> bytes:
     """Return the exclusive or of all bytes."""
-    found = 0
-    for byte in data:
-        found ^= byte
-    return bytes([found])
+    return bytes([reduce(xor, data, 0)])
 
 
 @dataclass(frozen=True)
-class Datagrams(Framing):
+class Datagrams:
     """Datagrams of fixed length, or with a length in their head, and perhaps with a check sum at the end.
 
     `request`, `answer`: the fields as `struct` has them, e.g. `">BBBBi address code type motor value"`.  `check`:
@@ -204,18 +185,15 @@ class Datagrams(Framing):
     length: str = ""
     gap: float = 0.1
     address: str = ""
+    endings: ClassVar[tuple[bytes, bytes]] = (b"", b"")
 
-    @cached_property
-    def _head(self) -> tuple[Struct, tuple[str, ...]]:
-        return _layout(self.request)
-
-    @cached_property
-    def fields(self) -> tuple[str, ...]:  # type: ignore[override]
-        return (*self._head[1], *(("data",) if self.length else ()))
+    @property
+    def fields(self) -> tuple[str, ...]:
+        return (*_layout(self.request)[1], *(("data",) if self.length else ()))
 
     def reader(self, port: Port) -> Receive:
         held, last_ns, wrong = bytearray(), port.now(), False
-        head, names = self._head
+        head, names = _layout(self.request)
         tail, gap_ns = len(self.check(b"")), to_ns(self.gap)
 
         def receive(byte: int, errors: LineError) -> None:
@@ -243,7 +221,7 @@ class Datagrams(Framing):
         return receive
 
     def finder(self, entries: Iterable[Entry], axes: Mapping[str, Any]) -> Find:  # noqa: ARG002
-        table, (head, names) = tuple(entries), self._head
+        table, (head, names) = tuple(entries), _layout(self.request)
         tail = len(self.check(b""))
 
         def find(data: bytes) -> Request:
@@ -252,14 +230,23 @@ class Datagrams(Framing):
                 values["data"] = data[head.size : len(data) - tail]
             for entry in table:
                 if all(values[name] == value for name, value in entry.pattern.fixed.items()):
-                    entry.values(lambda parameter: parameter.checked(values[parameter.name]))
+                    entry.values(values, Parameter.checked)
                     return Request(data, entry, values)
             raise Refused(f"unknown command {data.hex(' ')}", why=Why.UNKNOWN)
 
         return find
 
+    def shared(self, one: Entry, other: Entry, axes: Mapping[str, Any]) -> list[str]:  # noqa: ARG002
+        """Return a datagram that two commands match; the first one may be a special case of the second."""
+        return [str(one.code)] if one.pattern.fixed.items() <= other.pattern.fixed.items() else []
+
+    def problems(self, entry: Entry) -> Iterator[str]:
+        for name in (*entry.pattern.fixed, *(parameter.name for parameter in entry.parameters)):
+            if name not in self.fields:
+                yield f"no field {name!r}: expected one of {', '.join(self.fields)}"
+
     def phrase(self, entry: Entry, values: Mapping[str, Any], address: bytes) -> bytes:
-        head, names = self._head
+        head, names = _layout(self.request)
         given = {name: value for name, value in values.items() if not isinstance(value, str)}  # A field is a number.
         fields = {**dict.fromkeys(names, 0), **given, **entry.pattern.fixed}
         data = address + head.pack(*(fields[name] for name in names))[len(address) :]
@@ -280,6 +267,10 @@ class Datagrams(Framing):
         return data + self.check(data)
 
 
+@cache
 def _layout(text: str) -> tuple[Struct, tuple[str, ...]]:
     form, *names = text.split()
     return Struct(form), tuple(names)
+
+
+Framing = Lines | Datagrams

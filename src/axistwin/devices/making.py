@@ -2,27 +2,25 @@
 
 import inspect
 import json
-import traceback
-from collections.abc import Generator, Mapping, Sequence
-from dataclasses import make_dataclass
+from collections.abc import Generator, Iterator, Mapping, Sequence
+from contextlib import closing, suppress
 from functools import cache, partial
+from itertools import combinations
 from logging import getLogger
-from math import inf
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 
 from axistwin.controllers.commandset import CommandSet
-from axistwin.controllers.front import Group, Lamp, Word
-from axistwin.controllers.options import check
+from axistwin.controllers.files import files_of, line_in, listing, place_of
+from axistwin.controllers.front import Status, front_of
+from axistwin.controllers.options import Option, options_class
+from axistwin.controllers.patterns import Refused, Why
 from axistwin.controllers.product import Abilities, Product, Refusal, Register, Store
-from axistwin.core.errors import UsageError, one_line
+from axistwin.core.errors import UsageError, one_letter_off, one_line
 from axistwin.core.units import to_ns
-from axistwin.devices.checking import RULES, checker_of, listing
-from axistwin.devices.device import Device, Input, Option, Output, State
-from axistwin.devices.framing import Lines, Port, Request
-from axistwin.devices.table import Entry, Refused, Why, attributes, check_table, collected
-from axistwin.plant.axes import stepper_axis
-from axistwin.plant.positioner import Positioner
+from axistwin.devices.device import Device, Input, Output
+from axistwin.devices.framing import Framing, Port, Request
+from axistwin.devices.table import Entry, attributes, collected
 from axistwin.sim.clock import Clock, Event, Procedure, Process, kill
 from axistwin.sim.frames import UartFormat
 from axistwin.sim.line_format import line_format
@@ -40,132 +38,82 @@ _log = getLogger("axistwin.devices")
 @cache
 def product_of(kind: type[Device]) -> Product:
     """Return the model of a class.  Raises UsageError for a class whose table or figures are wrong."""
-    if not isinstance(getattr(kind, "model", None), str):
-        raise UsageError(f'{_place(kind)}: class {kind.__name__} has no model: add one, e.g. model = "stage"')
-    _check_names(kind)
-    entries = list(collected(kind))
-    lines = kind.framing if isinstance(kind.framing, Lines) else None
-    check_table(
-        entries, kind.framing.fields,
-        lambda entry, line: lines is not None and lines.compiled(entry, kind.axes).fullmatch(line) is not None,
-        next(iter(kind.axes), ""),
-    )  # fmt: skip
-    if lines and not lines.address and (empty := [entry for entry in entries if not entry.pattern.parts]):
-        raise UsageError(f"{empty[0].place}: an empty pattern needs an address: without one empty lines are ignored")
-    names = [*kind.axes, *kind.options]
-    if taken := [name for name in names if name in RESERVED or names.count(name) > 1]:
-        raise UsageError(f"{_place(kind)}: the name {taken[0]!r} of an axis or option is in use: choose another")
-    for name, axis in kind.axes.items():
-        if bool(axis.minus) is not bool(axis.plus):
-            raise UsageError(f"{_place(kind)}: axis {name} has one limit input: name two, an unused Input(level=True)")
-        for pin in filter(None, (axis.minus, axis.plus, axis.home)):
-            if not isinstance(kind.pins.get(pin), Input):
-                raise UsageError(
-                    f"{_place(kind)}: axis {name} names {pin!r}: add it to the pins, e.g. {pin!r}: Input(level=True)"
-                )
-    options = _options(kind)
-    _check_texts(kind)
+    for problem in _problems(kind):
+        raise UsageError(f"{place_of(kind, Device)}: {problem}")
+    entries, framing = list(collected(kind)), kind.framing
+    for problem in _problems_of_table(entries, framing, kind.axes):
+        raise UsageError(problem)
     return Product(
         kind.model, kind.title or kind.__name__, CommandSet(*entries), tuple(kind.axes),
-        options, lambda clock, axes, given, store: Hardware(kind, entries, clock, axes, given, store),
-        make_axis=lambda clock, name, given, history: _axis(kind.axes[name], clock, name, given, history),
-        line=line_format(kind.line, UartFormat())[0],
-        limit_pins={name: (axis.minus, axis.plus) for name, axis in kind.axes.items() if axis.minus and axis.plus},
+        options_class(kind.options), partial(Hardware, kind, entries), line=line_format(kind.line, UartFormat())[0],
+        limit_pins={name: (axis.minus, axis.plus) for name, axis in kind.axes.items() if axis.minus},
         home_pins={name: axis.home for name, axis in kind.axes.items() if axis.home},
-        endings=kind.framing.endings, make_front=lambda: _front(kind), driver=kind,
-        check=checker_of(kind, entries, _address(kind, {})), make_rules=lambda: RULES,
-        check_for=lambda given: checker_of(kind, entries, _address(kind, given)),
-        phrase=lambda entry, values: kind.framing.phrase(entry, values, _address(kind, {})),
+        endings=framing.endings, make_front=lambda: front_of(_registers(kind), kind.pins), driver=kind,
+        phrase=lambda entry, values: framing.phrase(entry, values, address_of(kind, {})),
     )  # fmt: skip
 
 
-def _axis(positioner: Positioner, clock: Clock, name: str, given: Mapping[str, Any], history: int) -> Any:
-    axis = stepper_axis(clock, name, given, history)
-    axis.unit = "counts" if positioner.servo else "pulses"
-    return axis
-
-
-def _check_names(kind: type[Device]) -> None:
-    """Refuse an attribute that is one letter off one of Device's, which nothing would read."""
-    own = {name: value for base in kind.__mro__ if base not in Device.__mro__ for name, value in vars(base).items()}
-    for name, value in own.items():
-        if hasattr(value, "entries") or hasattr(value, "state") or hasattr(Device, name):
-            continue
-        for known in HOOKS if inspect.isfunction(value) else FIGURES:
-            if known not in own and _one_off(name, known):
-                raise UsageError(
-                    f"{_place(kind)}: nothing reads {name!r} of class {kind.__name__}: did you mean {known!r}? "
-                    f"If not, call it _{name}"
-                )
-
-
-def _one_off(one: str, other: str) -> bool:
-    """Return True if a letter is missing, more, wrong, or two are exchanged."""
-    same = next((at for at, (a, b) in enumerate(zip(one, other, strict=False)) if a != b), min(len(one), len(other)))
-    one, other = one[same:], other[same:]
-    return other in (one[1:], one[1::-1] + one[2:]) or other[1:] in (one, one[1:])
-
-
-def _check_texts(kind: type[Device]) -> None:
-    try:
-        _address(kind, {})
-        json.dumps(dict(kind.memory))
-    except (LookupError, ValueError) as error:
-        raise UsageError(
-            f"{_place(kind)}: invalid address {kind.framing.address!r}: {error}: expected the name of an option, "
-            'e.g. "{address:02d}"'
-        ) from None
-    except TypeError as error:
-        raise UsageError(
-            f"{_place(kind)}: invalid memory: {error}: expected numbers, texts, lists and dictionaries"
-        ) from None
-
-
-def _address(kind: type[Device], given: Mapping[str, Any]) -> bytes:
-    usual = {name: option.usual for name, option in kind.options.items()}
-    try:
-        return kind.framing.address.format(**{**usual, **given}).encode("latin-1")
-    except (LookupError, ValueError, TypeError):  # Options of a scene that is wrong.
-        return kind.framing.address.format(**usual).encode("latin-1")
-
-
-def _options(kind: type[Device]) -> type[Any]:
-    made: list[Any] = []
+def _problems(kind: type[Device]) -> Iterator[str]:
+    if not isinstance(getattr(kind, "model", None), str):
+        yield f'class {kind.__name__} has no model: add one, e.g. model = "stage"'
+    yield from _misspelt(kind)
+    names = [*kind.axes, *kind.options]
+    for name in names:
+        if name in RESERVED or names.count(name) > 1:
+            yield f"the name {name!r} of an axis or option is in use: choose another"
+    for name, axis in kind.axes.items():
+        if bool(axis.minus) is not bool(axis.plus):
+            yield f"axis {name} has one limit input: name two, an unused Input(level=True)"
+        for pin in filter(None, (axis.minus, axis.plus, axis.home)):
+            if not isinstance(kind.pins.get(pin), Input):
+                yield f"axis {name} names {pin!r}: add it to the pins, e.g. {pin!r}: Input(level=True)"
     for name, option in kind.options.items():
         if not isinstance(option, Option) or type(option.usual) not in (int, float, str, bool):
-            raise UsageError(
-                f"{_place(kind)}: option {name} is {option!r}: expected Option(...), e.g. Option(1, 1, 255)"
-            )
-        made.append((name, Literal[option.choices] if option.choices else type(option.usual), option.usual))
-    ranges = {
-        name: (-inf if option.low is None else option.low, inf if option.high is None else option.high)
-        for name, option in kind.options.items()
-        if not isinstance(option.usual, str)
-    }
-
-    def check_all(made: Any) -> None:
-        check(made, ranges)
-        for name, option in kind.options.items():
-            if isinstance(option.usual, str) and not isinstance(getattr(made, name), str):
-                raise UsageError(f"{name}={getattr(made, name)!r}: expected a text, e.g. {option.usual!r}")
-
-    return make_dataclass("Options", made, namespace={"__post_init__": check_all})
+            yield f"option {name} is {option!r}: expected Option(...), e.g. Option(1, 1, 255)"
+    try:
+        address_of(kind, {})
+    except (LookupError, ValueError) as error:
+        what = f"invalid address {kind.framing.address!r}: {error}"
+        yield f'{what}: expected the name of an option, e.g. "{{address:02d}}"'
+    try:
+        json.dumps(dict(kind.memory))
+    except (TypeError, ValueError) as error:
+        yield f"invalid memory: {error}: expected numbers, texts, lists and dictionaries"
 
 
-def _states(kind: type[Device]) -> dict[str, State]:
-    return {name: method.state for name, method in attributes(kind).items() if hasattr(method, "state")}
+def _misspelt(kind: type[Device]) -> Iterator[str]:
+    """Yield the attributes that are one letter off one of Device's, which nothing would read."""
+    own = {name: value for base in kind.__mro__ if base not in Device.__mro__ for name, value in vars(base).items()}
+    for name, value in own.items():
+        if hasattr(value, "entries") or hasattr(value, "status") or hasattr(Device, name):
+            continue
+        for known in HOOKS if inspect.isfunction(value) else FIGURES:
+            if known not in own and one_letter_off(name, known):
+                words = f"nothing reads {name!r} of class {kind.__name__}: did you mean {known!r}?"
+                yield f"{words} If not, call it _{name}"
 
 
-def _front(kind: type[Device]) -> tuple[Group, ...]:
-    groups = []
-    for name, (bits, section, _) in _states(kind).items():
-        lamps = tuple(Lamp(str(bit), words, name, bit) for bit, words in sorted(bits.items()))
-        groups.append(
-            Group(name.replace("_", " "), section, lamps or (Word(name, name.replace("_", " "), name),), row=False)
-        )
-    if kind.pins:
-        groups.append(Group("Terminals", "", tuple(Lamp(name, name, name) for name in kind.pins)))
-    return tuple(groups)
+def _problems_of_table(entries: Sequence[Entry], framing: Framing, axes: Mapping[str, Any]) -> Iterator[str]:
+    for entry, other in combinations(entries, 2):
+        if (lines := framing.shared(entry, other, axes)) or entry.code == other.code:
+            what = f"{other.place}: {other.code!r} also matches {(*lines, entry.code)[0]!r}"
+            yield f"{what}, as {entry.code!r} does at {entry.place}: change one of the patterns"
+    for entry in entries:
+        for name in entry.wanted:
+            if name not in (*framing.fields, *(parameter.name for parameter in entry.parameters)):
+                yield f"{entry.place}: the pattern {entry.code!r} has no {{{name}}}: add it, or remove the parameter"
+        for problem in framing.problems(entry):
+            yield f"{entry.place}: {problem}"
+
+
+def address_of(kind: type[Device], given: Mapping[str, Any]) -> bytes:
+    """Return what the requests for a device with these options begin with; other options have their usual values."""
+    usual = {name: option.usual for name, option in kind.options.items()}
+    return kind.framing.address.format(**{**usual, **given}).encode("latin-1")
+
+
+def _registers(kind: type[Device]) -> dict[str, Status]:
+    return {name: method.status for name, method in attributes(kind).items() if hasattr(method, "status")}
 
 
 class Hardware:
@@ -175,13 +123,11 @@ class Hardware:
         self, kind: type[Device], entries: Sequence[Entry], clock: Clock, axes: Mapping[str, Any], options: Any,
         store: Store,
     ) -> None:  # fmt: skip
-        self.kind, self.entries, self.clock, self.axes, self.store = kind, entries, clock, axes, store
+        self.kind, self.clock, self.axes, self.store = kind, clock, axes, store
         self.options = {name: getattr(options, name) for name in kind.options}
         self.pins = {n: Pin(clock, n, pin.level, output=isinstance(pin, Output)) for n, pin in kind.pins.items()}
-        self.uart = Uart(clock)
-        self.uart.format = line_format(kind.line, UartFormat())[0]
+        self.uart = Uart(clock, line_format(kind.line, UartFormat())[0])
         self._find = kind.framing.finder(entries, axes)
-        self._address = _address(kind, self.options)
         self.alarms = Alarms(*kind.faults)
         self.refusals: Signal[[Refusal]] = Signal()
         self.device: Device | None = None
@@ -191,13 +137,12 @@ class Hardware:
         self._waiting: list[tuple[bytes, Refused | None]] = []
         self._blocked = False
         self.abilities = Abilities(
-            uart=self.uart, alarms=self.alarms, registers=self._registers, hint=self._hint,
-            awaited=lambda: getattr(self.device, "awaited", None), subscribe_refusals=self.refusals.subscribe,
+            uart=self.uart, alarms=self.alarms, registers=self._registers, subscribe_refusals=self.refusals.subscribe,
+            hint=lambda: self._guarded(lambda: "" if self.device is None else self.device.hint()) or "",
+            awaited=lambda: getattr(self.device, "awaited", None),
             busy=lambda: bool(self._blocked or any(axis.moving for axis in getattr(self.device, "axes", {}).values())),
             procedures=lambda: self.running,
         )  # fmt: skip
-
-    # Power
 
     def power(self, on: bool) -> None:
         if on and self.device is None:
@@ -210,8 +155,7 @@ class Hardware:
             for name, pin in self.kind.pins.items():
                 if isinstance(pin, Output):
                     self.pins[name].set(pin.level)
-            self.device, self.running, self._ends, self._blocked = None, [], [], False
-            self._waiting.clear()
+            self.device, self.running, self._ends, self._waiting, self._blocked = None, [], [], [], False
             self.uart.queue.clear()
             self.uart.on_receive = lambda byte, errors: None
 
@@ -226,101 +170,97 @@ class Hardware:
             name: spec.connect(self.axes[name], self.pins, partial(self._react, "limit_reached", name))
             for name, spec in kind.axes.items()
         }
-        for name, pin in self.pins.items():
-            if not pin.is_output:
-                self._ends.append(pin.subscribe(partial(self._pin_changed, name)))
-        result = self._guarded(device.start, b"")
-        if isinstance(result, Generator):
-            self._begin(result).callbacks.append(lambda _: self._listen(device))
+        self._ends = [pin.subscribe(self._pin_changed) for pin in self.pins.values() if not pin.is_output]
+
+        def listen(_: Any = None) -> None:
+            if device is self.device:
+                port = Port(address_of(kind, self.options), self._take, self.uart.send, lambda: self.clock.now)
+                self.uart.on_receive = kind.framing.reader(port)
+
+        if begun := self._react("start"):
+            begun.callbacks.append(listen)
         else:
-            self._listen(device)
+            listen()
 
-    def _listen(self, device: Device) -> None:
-        if device is self.device:
-            port = Port(self._address, self._take, self.uart.send, lambda: self.clock.now)
-            self.uart.on_receive = self.kind.framing.reader(port)
+    def _pin_changed(self, pin: Pin) -> None:
+        self._react("pin_changed", pin.name, pin.level)
 
-    def _pin_changed(self, name: str, pin: Pin) -> None:
-        self._react("pin_changed", name, pin.level)
-
-    def _react(self, method: str, *values: Any) -> None:
-        if self.device is not None:
-            result = self._guarded(partial(getattr(self.device, method), *values), b"")
-            if isinstance(result, Generator):
-                self._begin(result)
+    def _react(self, hook: str, *values: Any) -> Process | None:
+        """Call a method of the device; if it is a generator, begin and return the procedure."""
+        if self.device is None:
+            return None
+        result = self._guarded(partial(getattr(self.device, hook), *values))
+        return self._begin(result) if isinstance(result, Generator) else None
 
     def _fault(self, name: str) -> None:
         if name not in self.kind.faults:
             raise ValueError(f"no fault {name!r}: expected one of {', '.join(self.kind.faults) or 'faults = (…)'}")
         self.alarms.emit(name)
 
-    # Requests
+    def _registers(self) -> Mapping[str, Register]:
+        def read(name: str, absent: int | str) -> Any:
+            value = None if self.device is None else self._guarded(getattr(self.device, name))
+            return absent if value is None else value
+
+        return {
+            name: Register(partial(read, name, "off" if status.text else 0), text=status.text, restless=status.restless)
+            for name, status in _registers(self.kind).items()
+        }
 
     def _take(self, data: bytes, wrong: Refused | None) -> None:
         if self.device is None:  # An earlier request of the same line has switched the power off.
             return
-        if self._blocked and len(self._waiting) < MOST_WAITING:
-            self._waiting.append((data, wrong))
-        elif self._blocked:
-            self._refuse(data, Refused("too many requests wait", why=Why.STATE))
-        else:
+        if not self._blocked:
             self._obey(data, wrong)
+        elif len(self._waiting) < MOST_WAITING:
+            self._waiting.append((data, wrong))
+        else:
+            self._refuse(data, Refused("too many requests wait"))
 
     def _obey(self, data: bytes, wrong: Refused | None) -> None:
-        device = self.device
-        assert device is not None, "without power no request is read"
         entry = None
         try:
             if wrong is not None:
                 raise wrong
             request = self._find(data)
             entry = request.entry
-            wanted = {name: request.values[name] for name in request.entry.wanted}
-            result = request.entry.handler(device, **wanted)  # type: ignore[misc]  # all entries have handlers
-        except Refused as reason:
-            self._refuse(data, reason, entry or (reason.entry if reason.why is Why.RANGE else None))
-            return
+            wanted = {name: request.values[name] for name in entry.wanted}
+            result = entry.handler(self.device, **wanted)  # type: ignore[misc]  # all entries have handlers
+            if isinstance(result, Generator):
+                self._blocked = entry.blocks
+                self._begin(result, request)
+            else:
+                self._reply(request, result)
         except Exception as error:  # noqa: BLE001  # an error of a device must not end the bench
-            self._refuse(data, _bug(self.kind, error), entry)
-            return
-        if isinstance(result, Generator):
-            self._blocked = request.entry.blocks
-            self._begin(result, request)
-        else:
-            self._reply(request, result)
+            self._refuse(data, error, entry)
 
     def _reply(self, request: Request, result: Any) -> None:
         if self.device is None:  # The request has switched the power off.
             return
-        entry = request.entry
-        try:
-            answer = self.device.answer(result, request)
-            if answer is None:
-                if entry.asks:
-                    raise TypeError("returned None: a query answers with text, a number or bytes")
-                return
-            self._send(answer, entry.after_s)
-        except Refused as reason:
-            self._refuse(request.data, reason, entry)
-        except Exception as error:  # noqa: BLE001  # an error of a device must not end the bench
-            self._refuse(request.data, _bug(self.kind, error, entry.place), entry)
-
-    def _refuse(self, data: bytes, reason: Refused, entry: Entry | None = None) -> None:
-        self._tell(reason, data)
-        answer = self._guarded(lambda: self.device and self.device.refused(reason, data), data)
+        answer = self.device.answer(result, request)
         if answer is not None:
-            self._guarded(partial(self._send, answer, entry.after_s if entry else None), data)
+            self._send(answer, request.entry.after_s)
+        elif request.entry.asks:
+            raise TypeError("returned None: a query answers with text, a number or bytes")
+
+    def _refuse(self, data: bytes, error: Exception, entry: Entry | None = None) -> None:
+        reason = error if isinstance(error, Refused) else _bug(self.kind, error, entry.place if entry else "")
+        entry = entry or (reason.entry if reason.why is Why.RANGE else None)
+
+        def answer() -> None:
+            if self.device is not None and (made := self.device.refused(reason, data)) is not None:
+                self._send(made, entry.after_s if entry else None)
+
+        self._tell(reason, data)
+        self._guarded(answer, data)
 
     def _send(self, answer: Any, after_s: float | None = None) -> None:
-        data = self.kind.framing.written(answer)
+        data, device = self.kind.framing.written(answer), self.device
         delay_ns = to_ns(self.kind.answer_after if after_s is None else after_s)
         if delay_ns:
-            device = self.device
             self.clock.call_later(delay_ns, lambda: self.uart.send(data) if device is self.device else None)
         else:
             self.uart.send(data)
-
-    # Procedures, and errors of a device
 
     def _begin(self, steps: Generator[Event, Any, Any], request: Request | None = None) -> Process:
         process: Process = self.clock.process(self._carry_out(steps, request))
@@ -333,16 +273,14 @@ class Hardware:
             result = yield from _steps(steps)
             if request is not None:
                 self._reply(request, result)
-        except Refused as reason:
-            self._refuse(data, reason, entry)
         except Exception as error:  # noqa: BLE001  # an error of a device must not end the bench
-            self._refuse(data, _bug(self.kind, error), entry)
+            self._refuse(data, error, entry)
         if entry is not None and entry.blocks:
             self._blocked = False
             while self._waiting and not self._blocked:
                 self._obey(*self._waiting.pop(0))
 
-    def _guarded(self, act: Any, data: bytes) -> Any:
+    def _guarded(self, act: Any, data: bytes = b"") -> Any:
         try:
             return act()
         except Exception as error:  # noqa: BLE001  # an error of a device must not end the bench
@@ -353,32 +291,16 @@ class Hardware:
         """Report what is refused, and log the first error of each line: a register may be read 20 times a second."""
         place = reason.words.partition(": ")[0]
         if data or place not in self._logged:
-            remedy = f": {listing(self.kind)}" if reason.why is Why.UNKNOWN else ""
+            remedy = f": {listing(self.kind.model)}" if reason.why is Why.UNKNOWN else ""
             self.refusals.emit(Refusal(data, reason.words + remedy))
         if reason.why is Why.BUG and place not in self._logged:
             self._logged.add(place)
             _log.error("%s", reason.words)
 
-    def _hint(self) -> str:
-        return self._guarded(lambda: "" if self.device is None else self.device.hint(), b"") or ""
-
-    def _registers(self) -> Mapping[str, Register]:
-        def read(name: str, text: bool) -> Any:
-            value = None if self.device is None else self._guarded(getattr(self.device, name), b"")
-            return value if value is not None else "off" if text else 0
-
-        texts = {
-            name: getattr(self.kind, name).__annotations__.get("return") in (str, "str") for name in _states(self.kind)
-        }
-        return {
-            name: Register(partial(read, name, texts[name]), text=texts[name], restless=state.restless)
-            for name, state in _states(self.kind).items()
-        }
-
 
 def _steps(steps: Generator[Any, Any, Any]) -> Procedure:
-    try:
-        value = None
+    value = None
+    with closing(steps):
         while True:
             try:
                 event = steps.send(value)
@@ -389,37 +311,18 @@ def _steps(steps: Generator[Any, Any, Any]) -> Procedure:
                 steps.throw(wrong)  # At its line.
                 raise wrong
             value = yield event
-    finally:
-        steps.close()
 
 
 def _recalled(store: Store, factory: Mapping[str, Any]) -> dict[str, Any]:
-    contents = store.load()
-    try:
-        found = {} if contents is None else json.loads(contents)
-    except ValueError:  # The file of another device, or a damaged one: a device begins with its factory settings.
-        found = {}
-    kept = {name: found[name] for name in factory if name in found} if isinstance(found, dict) else {}
-    copied: dict[str, Any] = json.loads(json.dumps(dict(factory)))
-    return {**copied, **kept}
+    """Return the memory as last saved, or as from the factory; a file of another device or a damaged one is ignored."""
+    memory: dict[str, Any] = json.loads(json.dumps(dict(factory)))
+    with suppress(ValueError, AttributeError):
+        memory |= {name: value for name, value in json.loads(store.load() or b"{}").items() if name in memory}
+    return memory
 
 
 def _bug(kind: type[Device], error: Exception, place: str = "") -> Refused:
     """Return an error in a handler as a reason that names its line, of the deepest frame in the device's own file."""
-    own = _files(kind)
-    frames = [frame for frame in traceback.extract_tb(error.__traceback__) if frame.filename in own]
-    where = f"{Path(frames[-1].filename).name}:{frames[-1].lineno}" if frames else place or _place(kind)
+    at = line_in(error, files_of(kind, Device))
+    where = f"{Path(at[0]).name}:{at[1]}" if at else place or place_of(kind, Device)
     return Refused(one_line(f"{where}: {type(error).__name__} in {kind.model}: {error}: mend the handler"), why=Why.BUG)
-
-
-def _files(kind: type[Device]) -> list[str]:
-    own = (method for base in kind.__mro__ if base is not Device for method in vars(base).values())
-    return [method.__code__.co_filename for method in own if inspect.isfunction(method)]
-
-
-def _place(kind: type[Device]) -> str:
-    name = Path((*_files(kind), kind.__module__)[0]).name
-    try:
-        return f"{name}:{inspect.getsourcelines(kind)[1]}"
-    except (OSError, TypeError):  # A class that was typed, or made by a function, has no source.
-        return name

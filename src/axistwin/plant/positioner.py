@@ -43,6 +43,7 @@ class Positioner:
         """Return a positioner with these settings that moves an axis; its position is 0 there."""
         live = copy(self)
         live._axis, live._clock, live._at_limit = axis, axis.clock, at_limit
+        axis.unit = "counts" if self.servo else "pulses"
         live._origin, live._encoder_origin = axis.pulses, axis.position
         live._drop_end, live._watch = None, None
         live._goal, live._ended = None, None

@@ -1,4 +1,4 @@
-"""What a host of any model sends: whole commands of its table, damaged ones, and any bytes, all from a seed."""
+"""Traffic of a host of any model: whole commands of its table, damaged ones, and any bytes, all from a seed."""
 
 from collections.abc import Callable, Iterable, Mapping
 from functools import partial
@@ -7,7 +7,6 @@ from typing import Any, NamedTuple
 
 from axistwin.controllers.commandset import Command, Field
 from axistwin.controllers.product import Product
-from axistwin.devices.table import CONVERT
 
 ORDINARY = 2000  # Largest magnitude of a number whose field has no range, so that moves end within the check.
 MOST_BURST = 24
@@ -24,7 +23,7 @@ class Burst(NamedTuple):
 
 
 class Dialect:
-    """How the hosts of a model speak.  `opening`: what they send first, e.g. to initialise it."""
+    """Language of the hosts of a model.  `opening`: what they send first, e.g. to initialise it."""
 
     opening: tuple[Burst, ...] = ()
 
@@ -134,7 +133,7 @@ def dialect_of(product: Product) -> Dialect:
 def lowest(product: Product, field: Any) -> Any:
     """Return the plainest value of a field."""
     if hasattr(field, "example"):
-        return CONVERT.get(field.kind, str)(field.example(next(iter(product.axes), "")))
+        return field.example(next(iter(product.axes), ""))
     return 0 if field.low is None else field.low
 
 

@@ -4,9 +4,10 @@ from collections.abc import Iterator
 from contextlib import suppress
 from struct import Struct
 
+from axistwin.controllers.patterns import Refused
 from axistwin.devices.framing import Datagrams, Framing, Port, Request
-from axistwin.devices.making import Hardware
-from axistwin.devices.table import Refused
+from axistwin.devices.making import Hardware, address_of
+from axistwin.devices.table import collected
 from axistwin.drivers.text import TextDriver, core_of_device
 from axistwin.real.shadow.dialects import Dialect, Reading
 from axistwin.real.shadow.talk import Command
@@ -24,7 +25,7 @@ class Table(Dialect):
         hardware = twin.controller._device
         assert isinstance(hardware, Hardware)
         self._hardware, kind = hardware, hardware.kind
-        self._find = kind.framing.finder(hardware.entries, kind.axes)
+        self._find = kind.framing.finder(collected(kind), kind.axes)
         self._driver: TextDriver | None = None
         if isinstance(kind.driver, TextDriver):
             self._driver = core_of_device(kind)  # type: ignore[assignment]  # with the terminator of the device
@@ -51,10 +52,10 @@ class Table(Dialect):
 
     def clear(self) -> None:
         self._taken: list[bytes] = []
-        port = Port(
-            self._hardware._address, lambda data, _: self._taken.append(data), lambda _: None, lambda: self.twin.now
-        )
-        self._receive = self._hardware.kind.framing.reader(port)
+        kind = self._hardware.kind
+        address = address_of(kind, self._hardware.options)
+        port = Port(address, lambda data, _: self._taken.append(data), lambda _: None, lambda: self.twin.now)
+        self._receive = kind.framing.reader(port)
 
     def _requests(self, data: bytes) -> Iterator[tuple[bytes, Request | None]]:
         for byte in data:

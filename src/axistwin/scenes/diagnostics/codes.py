@@ -18,10 +18,10 @@ LONGEST = 200  # Number of characters above which an example is shortened.
 
 
 def tables() -> dict[str, tuple[Rule, ...]]:
-    from axistwin.devices import checking  # Imported here, because `check` of our models needs no device.
+    from axistwin.bench import device_checker  # Imported here, because `check` of our models needs no device.
 
     families = {title: product(model).rules for title, (model, _) in FAMILIES.items()}
-    return {**families, DEVICES: checking.RULES, OURS: rules.RULES}
+    return {**families, DEVICES: device_checker.RULES, OURS: rules.RULES}
 
 
 def suffix_of(rule: Rule) -> str:

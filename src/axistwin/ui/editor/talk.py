@@ -11,7 +11,6 @@ from axistwin.bench.actions import LEVELS, subjects, targets
 from axistwin.bench.codec import codec_of
 from axistwin.bench.models import models
 from axistwin.bench.talk.conversation import named_model
-from axistwin.controllers.commandset import Command
 from axistwin.controllers.diagnostics import Session
 from axistwin.controllers.product import Product
 from axistwin.core.errors import UsageError, with_article
@@ -104,10 +103,10 @@ def _data_hover(made: Product, text: str, at: int, offset: int) -> Hover | None:
     return smartmotor.hover(word[1], at - begin - word[0], offset + begin + word[0]) if word else None
 
 
-def _matches(made: Product, command: Command, line: str) -> bool:
+def _matches(made: Product, command: Any, line: str) -> bool:
     """True if a line of text is this command of a device of others."""
-    framing: Any = getattr(made.driver, "framing", None)
-    return hasattr(framing, "compiled") and framing.compiled(command, made.axes).fullmatch(line.strip()) is not None
+    ignore_case = getattr(getattr(made.driver, "framing", None), "ignore_case", None)  # None: no lines.
+    return ignore_case is not None and bool(command.pattern.compiled(made.axes, ignore_case).fullmatch(line.strip()))
 
 
 def _data_completions(made: Product, text: str, session: Callable[[], Session]) -> list[Item]:
