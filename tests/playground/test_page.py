@@ -9,13 +9,17 @@ from threading import Thread
 import pytest
 
 from axistwin.ui.playground.building import build
+from axistwin.ui.playground.link import Shared, encode
 
 from ..panel.browser.test_accessible import axe, none
 
 __all__ = ["axe"]  # a fixture
 
 ENGINE = os.environ.get("AXISTWIN_ENGINE", "")
-pytestmark = pytest.mark.skipif(not ENGINE, reason="AXISTWIN_ENGINE names no folder made by `make engine`")
+pytestmark = [
+    pytest.mark.slow,
+    pytest.mark.skipif(not ENGINE, reason="AXISTWIN_ENGINE names no folder made by `make engine`"),
+]
 
 
 class Files(SimpleHTTPRequestHandler):
@@ -42,11 +46,17 @@ def browser():
         yield tool.chromium.launch(executable_path="/usr/bin/chromium-headless-shell", args=["--no-sandbox"])
 
 
+def begin(page, address):
+    """Open the playground, and wait until its first machine is there."""
+    page.goto(address)
+    page.wait_for_selector("html[data-state=ready]", timeout=50_000)
+    return page
+
+
 def test_a_conversation_and_its_link(address, browser):
     page, foreign = browser.new_page(), []
     page.on("request", lambda request: request.url.startswith((address, "data:")) or foreign.append(request.url))
-    page.goto(address)
-    page.wait_for_selector("html[data-state=ready]", timeout=50_000)
+    begin(page, address)
     page.select_option("#speed", "10")
     page.wait_for_function("() => parseFloat(document.querySelector('#time').textContent) > 2")  # power-up takes 1 s
     shown = "document.querySelector('#machine [data-part={}]').textContent"
@@ -62,9 +72,7 @@ def test_a_conversation_and_its_link(address, browser):
     page.click("#more summary")
     page.click("#share")
     page.wait_for_function("() => document.querySelector('#note').textContent.includes('link')")
-    other = browser.new_page(viewport={"width": 390, "height": 844})
-    other.goto(page.url)
-    other.wait_for_selector("html[data-state=ready]", timeout=50_000)
+    other = begin(browser.new_page(viewport={"width": 390, "height": 844}), page.url)
     other.wait_for_function(
         "time => document.querySelector('#time').textContent === time", arg=page.inner_text("#time")
     )
@@ -93,9 +101,7 @@ def test_a_page_begins_with_the_first_steps_and_a_lesson_and_begins_again(addres
 
 
 def test_axe_finds_nothing_serious(address, browser, axe):
-    page = browser.new_page()
-    page.goto(address)
-    page.wait_for_selector("html[data-state=ready]", timeout=50_000)
+    page = begin(browser.new_page(), address)
     none(page, axe)
     page.select_option("#choice", "open_example drill")
     page.wait_for_selector("#operator .stop")
@@ -110,10 +116,37 @@ def test_axe_finds_nothing_serious(address, browser, axe):
 
 
 def test_a_damaged_link_is_told_in_a_sentence(address, browser):
-    page = browser.new_page()
-    page.goto(f"{address}#eJw")
-    page.wait_for_selector("html[data-state=ready]", timeout=50_000)
+    page = begin(browser.new_page(), f"{address}#eJw")
     assert page.inner_text("#note").startswith("the URL of the shared scene is")
+
+
+OWN = """
+import js
+from axistwin.devices import Device, Lines, Positioner
+
+js.console.log("own.py runs")
+
+class Own(Device):
+    model, title, framing, axes = "own", "A stage of my own", Lines(b"\\r"), {"1": Positioner(velocity=2000)}
+"""
+SCENE = "[[controller]]\nmodel = 'own'\n"
+ASKED = "own.py is Python code, which would run in this page. Open it only if you trust its author."
+
+
+@pytest.mark.parametrize(("agrees", "after", "title", "told"), [
+    (False, [], "Digiplan IF1", "own.py was not run"), (True, ["own.py runs"], "A stage of my own", "")])  # fmt: skip
+def test_a_device_in_a_link_runs_only_after_the_user_agrees(address, browser, agrees, after, title, told):
+    page, happened = browser.new_page(), []
+
+    def answer(dialog):
+        happened.append(dialog.message)
+        (dialog.accept if agrees else dialog.dismiss)()
+
+    page.on("console", lambda message: happened.append(message.text))
+    page.on("dialog", answer)
+    begin(page, f"{address}#{encode(Shared({'scene.toml': SCENE, 'own.py': OWN}, 0))}")
+    assert happened == [ASKED, *after]
+    assert page.inner_text("h1").startswith(title) and page.inner_text("#note").startswith(told)
 
 
 @pytest.mark.parametrize("missing", ["Worker", "WebAssembly"])
@@ -133,8 +166,6 @@ def _without(name, route):
 
 
 def test_files_too_large_for_a_page_are_told_in_a_sentence(address, browser):
-    page = browser.new_page()
-    page.goto(address)
-    page.wait_for_selector("html[data-state=ready]", timeout=50_000)
+    page = begin(browser.new_page(), address)
     page.set_input_files("#files", {"name": "big.toml", "mimeType": "text/plain", "buffer": b"#" * 4_000_001})
     page.wait_for_function("() => document.querySelector('#note').textContent.includes('4000001 bytes')")
