@@ -147,16 +147,18 @@ window.axistwinScope = (() => {
 
   // Writes names, ranges and values left of the lanes.
   function names(box, frame, places) {
-    while (box.children.length > frame.signals.length) box.lastChild.remove();
+    const shape = String(places.map((place, n) => [...place, frame.signals[n].range !== ""]));
+    if (box.dataset.shape !== shape) box.replaceChildren();  // lanes of other heights are new ones: no name slides
+    box.dataset.shape = shape;
     while (box.children.length < frame.signals.length) {
       const row = made("li", "", box), told = made("span", "scope-name", row);
       made("span", "scope-name-first", told); made("small", "quiet scope-note", told); made("small", "quiet scope-range", told);
       made("b", "scope-now", row); made("small", "quiet scope-unit", row);
     }
     frame.signals.forEach((signal, n) => {
-      const row = box.children[n], [first, note, range] = row.firstChild.children, high = `${places[n][1]}px`, at = `translateY(${places[n][0]}px)`;
-      if (row.style.height !== high) row.style.height = high;
-      if (row.style.transform !== at) row.style.transform = at;
+      const row = box.children[n], [first, note, range] = row.firstChild.children;
+      row.style.height = `${places[n][1]}px`;
+      row.style.transform = `translateY(${places[n][0]}px)`;
       row.classList.toggle("folded", signal.folded);
       row.title = signal.name;
       write(first, signal.title); write(note, signal.note); write(range, signal.folded || places[n][1] < 32 ? "" : signal.range);
@@ -165,12 +167,19 @@ window.axistwinScope = (() => {
     });
   }
 
+  // Leaves folded what is folded, so that no lane moves under the pointer.
+  function keep(frame, before) {
+    const was = Object.fromEntries((before?.signals ?? []).map(({ name, folded }) => [name, folded]));
+    for (const signal of frame.signals) signal.folded = was[signal.name] ?? signal.folded;
+  }
+
   function draw(id, frame) {
-    const plot = document.getElementById(`c${id}`), area = plot?.querySelector(".scope-area");
+    const plot = document.getElementById(`c${id}`), area = plot?.querySelector(".scope-area"), before = last;
     last = frame;
     if (!area) return;
     const tint = tokens(plot), width = area.clientWidth, room = plot.clientHeight - AXIS;
     if (width < 1 || room < 1) return;
+    if (plot.matches(":hover")) keep(frame, before);
     const places = lanes(frame, room), height = Math.max(room, ...places.map(([top, high]) => top + high));
     plot.querySelector(".scope-names").style.minHeight = `${height}px`;
     const size = { width, height }, pen = ready(area.querySelector("canvas"), width, height);
