@@ -37,9 +37,9 @@ KEPT_PAGES = 3  # Largest number of disconnected pages that are kept; the oldest
 SCRIPTS = "keys.js", "scope.js", "state.js"
 """Scripts of views; they are sent with the page, because a browser ignores scripts that are added later."""
 BEGIN = 'document.documentElement.lang = "en"; document.documentElement.classList.add("building")'
-BUILT = 'document.documentElement.classList.remove("building"); axistwinState.attach();'
-BUILT += 'document.querySelector(".q-loading-bar")?.setAttribute("aria-label", "loading")'
-"""JavaScript that shows the page after it has been built."""
+BUILT = 'axistwinState.attach(); document.querySelector(".q-loading-bar")?.setAttribute("aria-label", "loading")'
+SHOWN = 'document.documentElement.classList.remove("building")'
+"""JavaScript that shows the page after its first frame, so that nothing moves in view."""
 DRAWN = "await new Promise(requestAnimationFrame); axistwinState.show({state}, {handled})"
 
 
@@ -203,6 +203,10 @@ class _Frames:
             with client:
                 # The sizes of page elements are known only after the browser has drawn the page.
                 await self._drawn(State.BUSY)
+                await self._refresh()
+                await self._complete()
+                await self._refresh()
+                client.run_javascript(SHOWN)
             while not client.is_deleted:
                 began_s = loop.time()
                 with client:
