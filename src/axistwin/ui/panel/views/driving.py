@@ -53,7 +53,8 @@ def driving(context: Context) -> Refresh:
         breathe()
         views += _made(context, _speed)
     show_keys = keys(lambda key, shown: _drive(context, shown, button) if key == " " else _key(context, key))
-    views += _made(context, _timeline, partial(more, show_keys=show_keys, without_room=_without_room))
+    with ui.element("div").classes("end"):
+        views += _made(context, _timeline, partial(more, show_keys=show_keys, without_room=_without_room))
     ui.on("timeline", lambda event: _by_key(context, event))
     return together(*views)
 
@@ -225,7 +226,7 @@ def _move_by(context: Context, by_s: float) -> Awaitable[None] | None:
 def _timeline(context: Context, suffix: str = "") -> Refresh:
     with ui.element("div").classes("past"):
         marks = ui.element("div").classes("marks").props("aria-hidden=true")
-        slider = ui.slider(min=0, max=1, step=0.001).props('aria-label="moment, in seconds" thumb-size=14px')
+        slider = ui.slider(min=0, max=1, value=1, step=0.001).props('aria-label="moment, in seconds" thumb-size=14px')
         slider.classes("timeline").mark(f"timeline{suffix}")
         ui.label("0 s").classes("from")
         words = ui.label().classes("to").mark(f"time-words{suffix}")
@@ -251,8 +252,9 @@ def _timeline(context: Context, suffix: str = "") -> Refresh:
             # Only changed values are assigned, because each assignment is sent to the browser.
             if slider.props["max"] != end:
                 slider.props["max"] = end
-            slider.value = round(context.session.seconds, 3)
-            words.text = f"{end:,.1f} s" if context.session.repeating else "live"
+            repeats = context.session.repeating
+            slider.value = round(context.session.seconds, 3) if repeats else end
+            words.text = f"{end:,.1f} s" if repeats else "live"
         now = [(round(at / end, 4), alarm) for at, alarm in _marks(context.session, end)]
         if now != shown:
             shown = now

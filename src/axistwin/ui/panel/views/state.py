@@ -18,7 +18,7 @@ SELDOM, LATE = 6, 10  # Number of frames between two updates of the state, and o
 LATE_SHOWN = 10  # Number of its updates for which a delay is shown, about 5 s.
 OLDEST = 10
 MOST_BUTTONS = 3
-IN_HEADER = ("run", "restart", "stop")  # What buttons in the header do.
+ELSEWHERE = ("run", "restart", "stop", "go")  # What buttons in the header and beside the plan do.
 OUTLINE = "outline dense no-caps"
 ICONS = {
     Kind.GOING: "fast_forward", Kind.REPLAY: "history", Kind.OFF: "power_settings_new", Kind.STOPPED: "report",
@@ -97,10 +97,9 @@ def next_line(context: Context) -> Refresh:
     """Build the line that says what moves, or what to do, with the buttons for it."""
     conditions = context.common(Conditions)
     with ui.element("div").classes("next").props('role=group aria-label="next"') as box:
-        undo = _undo(context)  # First, so that no other button moves when it disappears.
         with ui.element("div").classes("next-words"):
             words = ui.label().classes("now").props("role=status").mark("next-words")
-        views = [undo, _planned(context), _acts(context)]
+        views = [_acts(context), _planned(context), _undo(context)]  # The plan last: it moves no act.
 
     def show() -> None:
         words.text = conditions.now.next
@@ -120,14 +119,14 @@ def _acts(context: Context) -> Refresh:
             return None
         return context.move(lambda: perform(context.session, button, name))
 
-    made = []
-    for place in range(MOST_BUTTONS):
+    made: list[ui.button] = []
+    for place in reversed(range(MOST_BUTTONS)):  # The first is at the right, where no other moves it.
         breathe()
-        made.append(ui.button(on_click=partial(press, place)).props(OUTLINE).mark(f"act-{place}"))
-        made[-1].set_visibility(False)
+        made.insert(0, ui.button(on_click=partial(press, place)).props(OUTLINE).classes("act").mark(f"act-{place}"))
+        made[0].set_visibility(False)
 
     def refresh() -> None:
-        found = [each for each in conditions.now.buttons if each.does not in IN_HEADER]
+        found = [each for each in conditions.now.buttons if each.does not in ELSEWHERE]
         for place, element in enumerate(made):
             now = found[place] if place < len(found) else Button("", "")
             if now != offered[place]:
@@ -157,8 +156,8 @@ def _planned(context: Context) -> Refresh:
         told, planned = conditions.now, next_act(context.bench)
         at_s = None if planned is None else to_seconds(planned[0])
         plan = "" if planned is None or at_s is None else f"{planned[1]} at {figures(at_s)} s"
-        text.text = "" if plan[1:] and plan[1:] in told.next else plan
-        button.set_visibility(at_s is not None and all(each.does != "go" for each in told.buttons))
+        text.text = "" if plan[1:] in told.next else "\nat ".join(plan.rsplit(" at ", 1))
+        button.set_visibility(at_s is not None)
 
     button.set_visibility(False)
     return refresh
@@ -172,6 +171,6 @@ def _undo(context: Context) -> Refresh:
         left_s = ceil(context.session.undo_seconds)
         undo.set_visibility(bool(left_s))
         if left_s:
-            undo.text = f"Undo {context.session.undoes} ({left_s} s)"
+            undo.text = f"Undo {context.session.undoes} ({left_s:\u2007>2} s)"
 
     return refresh
