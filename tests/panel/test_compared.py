@@ -24,7 +24,8 @@ class Compared:
 
     def go_back(self, found):
         self.asked.append(found)
-        self.past = True
+        self.past = found is LATE
+        return self.past
 
     def go_on(self):
         self.past = False
@@ -60,7 +61,8 @@ def test_the_list_of_findings_follows_and_leads_to_their_moments(visit, compared
     visit.press("found-0")
     assert compared.asked == [LATE]
     visit.press("now")
-    assert not compared.past
+    visit.press("found-1")
+    assert not compared.past and visit.messages == ["what led to 12:03:00 is no longer kept"]
 
 
 @shown

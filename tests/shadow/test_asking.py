@@ -178,6 +178,9 @@ def test_only_requests_that_change_nothing_are_asked():
         ({"speed": query("SPEED?")(lambda self: 5), "dial": query("{n:int}D")(lambda self, n: n)}, ["SPEED?\r"]),
         ({"go": command("GO")(lambda self: None)}, []),
         ({"framing": Datagrams(">B code", ">B code"), "ask": query("code=4")(lambda self: 0)}, []),
+        ({"framing": Datagrams(">Bx code", ">B code"), "driver": TextDriver(
+            lambda position: b"M", lambda axis: b"P" + axis.encode(), lambda axis: b"B" + axis.encode(), size=1)},
+         ["B1", "P1"]),
     ],
 )  # fmt: skip
 def test_a_device_is_asked_what_its_driver_or_its_table_calls_a_question(members, sent):

@@ -52,13 +52,15 @@ def test_a_finding_leads_to_its_moment_and_back():
     whole = compared(*SAID)
     count = next(found for found in whole.found if found.text.startswith("N is"))
     live = whole.session.bench
-    whole.go_back(count)
+    assert whole.go_back(count)
     while whole.advance():
         pass
     assert whole.past and whole.state == count.text and whole.clock == count.at
     assert (whole.session.bench["if1"].axes["X"].position, whole.beside("X")) == (400, 300)
     whole.go_on()
     assert whole.session.bench is live and not whole.past and whole.beside("X") == -100
+    whole.kept = panel.Kept()
+    assert not whole.go_back(count) and not whole.past
 
 
 def test_what_is_kept_is_bounded(monkeypatch):

@@ -69,9 +69,10 @@ class Beside:
         dialect, command = self.observer.shadow.dialect, machine.asked.command
         theirs, ours = dialect.read(command, machine.data), dialect.read(command, twin.data)
         if theirs.position is not None and ours.position is not None and not theirs.encoder:
-            axis, direction = self.observer.shadow.twin.busiest()
-            by = theirs.position - ours.position
-            self.apart[axis] = self._base(axis) + direction * by if theirs.ahead else by
+            axis, by = dialect.axis_of(command), theirs.position - ours.position
+            if theirs.ahead:
+                by = self._base(axis) + self.observer.shadow.twin.busiest()[1] * by
+            self.apart[axis] = by
 
     def _base(self, axis: str) -> int:
         move = self.observer.shadow.moves.command
@@ -97,6 +98,7 @@ class Compared:
         self.kept = Kept()
         self.session = Session(lambda: observer.bench)
         self._state, self._since_ns = "", 0
+        self._listed, self._key = dict[Found, Finding](), (0, 0)
         self._goal: Finding | None = None
         self._goal_ns = 0
         self._again: Iterator[Record] = iter(())
@@ -157,21 +159,24 @@ class Compared:
     @property
     def found(self) -> Sequence[Found]:
         findings = self.live.observer.shadow.findings
-        every = sorted((*findings.differences, *findings.notes), key=lambda found: found.time_ns, reverse=True)
-        return [_found(found) for found in every]
+        every = [*findings.differences, *findings.notes]
+        if (key := (len(every), sum(found.count for found in every))) != self._key:
+            every.sort(key=lambda found: found.time_ns, reverse=True)
+            self._key, self._listed = key, {_found(found): found for found in every}
+        return tuple(self._listed)
 
     def beside(self, axis: str) -> int | None:
         return self._shown.position(axis)
 
-    def go_back(self, found: Found) -> None:
-        findings = self.live.observer.shadow.findings
-        wanted = (it for it in (*findings.differences, *findings.notes) if _found(it)[:2] == found[:2])
-        self._goal = next(wanted, None)
-        if self._goal is not None:
-            self._goal_ns = self._goal.time_ns + AFTER_NS
-            self._shown = Beside(Observer(self._settings, lambda finding: None))
-            self._again = iter(self.kept)
-            self.session.show(self._shown.observer.bench)
+    def go_back(self, found: Found) -> bool:
+        goal, first = self._listed.get(found), next(iter(self.kept), None)
+        if goal is None or first is None or goal.time_ns < first.time_ns:
+            return False
+        self._goal, self._goal_ns = goal, goal.time_ns + AFTER_NS
+        self._shown = Beside(Observer(self._settings, lambda finding: None))
+        self._again = iter(self.kept)
+        self.session.show(self._shown.observer.bench)
+        return True
 
     def go_on(self) -> None:
         self._goal, self._shown = None, self.live

@@ -57,18 +57,21 @@ def questions_of(product: Product) -> tuple[Question, ...]:
     """Return what a model may be asked; nothing if it does not say which requests change nothing."""
     if product.family in QUESTIONS:
         return QUESTIONS[product.family]
-    device = product.driver
+    device, found = product.driver, _driver_asks(product.driver)
     framing = getattr(device, "framing", None)
     if not isinstance(framing, Lines):
-        return ()
-    found = _driver_asks(device) or tuple(
+        return _first_untold(found, b".{%d}" % device.driver.size) if found else ()
+    found = found or tuple(
         product.phrase(command, {"axis": axis})
         for command in product.commands
         for axis in (product.axes if command.parameters else ("",))
         if getattr(command, "asks", False) and all(each.name == "axis" for each in command.parameters)
         if product.phrase is not None
     )
-    form = ANY + re.escape(framing.endings[1])
+    return _first_untold(found, ANY + re.escape(framing.endings[1]))
+
+
+def _first_untold(found: tuple[bytes, ...], form: bytes) -> tuple[Question, ...]:
     asked = [Question(data, form) for data in dict.fromkeys(found[:MOST]) if data]
     return (*(one._replace(told=False) for one in asked[:1]), *asked)
 
@@ -77,7 +80,7 @@ def _driver_asks(device: object) -> tuple[bytes, ...]:
     if getattr(device, "driver", None) is None:
         return ()
     core = core_of_device(device)()
-    if not isinstance(core, TextCore) or core.driver.size:
+    if not isinstance(core, TextCore):
         return ()
     return tuple(core.driver.said(name, axis=axis) for axis in core.axes for name in ("busy", "position"))
 
@@ -135,9 +138,9 @@ class Asker:
 
     @property
     def _line_ends(self) -> bool:
-        """False after half a command, and within a program for a SmartMotor."""
+        """False after half a command, and within a program for a SmartMotor.  Half a datagram is lost in a silence."""
         said = bytes(self._said)
-        return not said or (said[-1] & 0x7F in self._ends and said.rfind(LOADS) <= said.rfind(LOADED))
+        return not (said and self._ends) or (said[-1] & 0x7F in self._ends and said.rfind(LOADS) <= said.rfind(LOADED))
 
     def _ask(self, question: Question, now_s: float) -> None:
         self._asked, self._last_s = question, now_s

@@ -101,6 +101,9 @@ class Table(Dialect):
         except Exception:  # noqa: BLE001  # of a function of the user's
             return None
 
+    def axis_of(self, command: Command) -> str:
+        return self._meanings.get(command.name, ("", ""))[1] or super().axis_of(command)
+
     def set_position(self, command: Command, position: int) -> bool:
         """Give the twin's axis the machine's number, if that is what it says then."""
         _, axis = self._meanings.get(command.name, ("", ""))

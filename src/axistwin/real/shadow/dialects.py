@@ -82,6 +82,10 @@ class Dialect(ABC):
     def clear(self) -> None:  # noqa: B027  # a command of a board is always whole
         """Forget a half command."""
 
+    def axis_of(self, command: Command) -> str:  # noqa: ARG002
+        """Return the axis whose position an answer tells."""
+        return self.twin.busiest()[0]
+
     def set_position(self, command: Command, position: int) -> bool:  # noqa: ARG002
         """Let the twin stand where the machine stands.  Return False if the family has no way to do so."""
         return False

@@ -38,8 +38,8 @@ class Comparison(Protocol):
     def beside(self, axis: str) -> int | None:
         """Return the machine's position, in the twin's pulses or counts; None if no answer has told it."""
 
-    def go_back(self, found: Found) -> None:
-        """Show the moment of a difference."""
+    def go_back(self, found: Found) -> bool:
+        """Show the moment of a difference.  Return False if what led to it is no longer kept."""
 
     def go_on(self) -> None:
         """Show the present again."""

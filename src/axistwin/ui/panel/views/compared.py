@@ -60,5 +60,10 @@ def _line(comparison: Comparison, found: Found, number: int) -> None:
     with ui.element("li"):
         button = TextElement(tag="button", text=f"{found.at} {found.text}").classes("quiet" if found.note else "")
         button.props["type"] = "button"
-        called(button.on("click", partial(comparison.go_back, found), []), f"found-{number}")
+        called(button.on("click", partial(_go_back, comparison, found), []), f"found-{number}")
         ui.label(found.times).classes("quiet")
+
+
+def _go_back(comparison: Comparison, found: Found) -> None:
+    if not comparison.go_back(found):
+        ui.notify(f"what led to {found.at} is no longer kept", type="warning")
