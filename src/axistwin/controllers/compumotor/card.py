@@ -128,7 +128,7 @@ class Card:
         """Return the registers that a user can read, e.g. the status byte, the data buffers and the mode.
 
         `sequence` and `command` are the numbers, from 1, of the sequence and the command being performed; 0: none.
-        Without power the numbers are 0 and the texts empty.
+        `acceleration`: of default moves, 0 before 31h.  Without power the numbers are 0 and the texts empty.
         """
         bus = self.bus
 
@@ -145,6 +145,7 @@ class Card:
             "move": number(move_bits, "88h"),
             "mode": number(lambda board: board.mode),
             "phase": text(_phase, unpowered="off"),
+            "acceleration": number(lambda board: board.library.default.acceleration),
             "queue": number(lambda board: board.queued),
             "sequence": number(lambda board: board.sequencer.number if board.sequencer.running else 0),
             "command": number(lambda board: board.sequencer.at + 1 if board.sequencer.running else 0),

@@ -5,13 +5,11 @@ from collections.abc import Iterator
 from axistwin.bench.acts import Act, Wait
 from axistwin.controllers.compumotor.card import BEING_DEFINED
 from axistwin.controllers.compumotor.registers import Status
-from axistwin.controllers.compumotor.rules import NOT_GIVEN
 from axistwin.controllers.compumotor.state import INDEXER
 from axistwin.core.units import S
 from axistwin.scenes.reasons.reasons import Cause, Reason, Reasons
 from axistwin.scenes.reasons.remedies import at_limit
 
-GO_RELATIVE = b"\x33\0\0\0\x01"
 DEFAULTS = "default_velocity_and_acceleration 00 25000 250000"
 
 
@@ -25,6 +23,10 @@ class CompumotorReasons(Reasons):
         ("move_status", "report limits, home, motion (88h)"),
         ("stop", "decelerate to a stop (70h)"),
     )
+
+    def step(self) -> tuple[str, str] | None:
+        """Return the line of the first move; `reasons` asks for the line before it while that has not been given."""
+        return None if self.moved else self.suggestions[1]
 
     @property
     def ready(self) -> bool:
@@ -62,7 +64,7 @@ class CompumotorReasons(Reasons):
             yield Reason(
                 f"the board is in streaming mode {int(self.value('mode')):02X}h", "type  indexer_mode", Cause.COMMAND
             )
-        elif any(found.code == NOT_GIVEN.code for found in self.refused(GO_RELATIVE)):
+        elif not self.value("acceleration"):
             yield Reason(
                 "a move needs velocity and acceleration: 31h has not been given", f"type  {DEFAULTS}", Cause.COMMAND
             )

@@ -1,12 +1,11 @@
 """The causes that keep a controller from moving, as far as every device tells them."""
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass
 from enum import Enum, auto
 
 from axistwin.bench import Controller
 from axistwin.bench.acts import Act
-from axistwin.controllers.diagnostics import Diagnostic
 from axistwin.controllers.front import Lamp
 from axistwin.plant.axes import Axis
 from axistwin.plant.servo_axis import ServoAxis
@@ -15,7 +14,6 @@ from axistwin.scenes.reasons.remedies import Remedies, at_limit
 MOST_DEVIATION = 20  # The reciprocal of the deviation of a baud rate that still lets characters arrive whole, 5 %.
 SIDES = "minus", "plus"
 EMERGENCY_STOPS = ("estop", "emergency_stop")  # Names of inputs that are low while the emergency stop is pressed.
-Refused = Callable[[bytes], Sequence[Diagnostic]]  # Returns the diagnostics of a line that the host would send now.
 
 
 class Cause(Enum):
@@ -54,8 +52,8 @@ class Reasons:
 
     suggestions: tuple[tuple[str, str], ...] = ()  # Lines to type when moves are possible, with their meanings.
 
-    def __init__(self, controller: Controller, refused: Refused = lambda line: ()) -> None:
-        self.controller, self.refused = controller, refused
+    def __init__(self, controller: Controller) -> None:
+        self.controller = controller
         self.remedies = Remedies()
 
     @property
@@ -123,8 +121,7 @@ class Reasons:
             if self.controller.pins[pin].level is not product.closed_level:
                 text, level = f"the {side} limit is active", "high" if product.closed_level else "low"
                 _, _, away = self.controller.hint.partition(f"{side} limit: ")
-                own = f"{'axis ' * shared[0].isdigit()}{shared[0]} at the {side} limit"
-                short = own if len(shared) == 1 else self.at(side)
+                short = f"{spoken(shared[0])} at the {side} limit" if len(shared) == 1 else self.at(side)
                 yield Reason(text, self.restored(pin, level, away=away), pin=pin, level=level, short=short)
 
     def _drives(self) -> Iterator[Reason]:
@@ -192,6 +189,11 @@ class Reasons:
     @staticmethod
     def _lamp(lamp: Lamp, one: bool) -> str:
         return f"{lamp.label} {lamp.name}" + (f" ({lamp.doc.strip().rstrip('.')})" if one and lamp.doc else "")
+
+
+def spoken(axis: str) -> str:
+    """Return the name of an axis in a sentence: a number needs a noun."""
+    return f"axis {axis}" if axis.isdigit() else axis
 
 
 def _has_moved(axis: Axis) -> bool:

@@ -11,7 +11,6 @@ from axistwin.controllers.diagnostics import Diagnostic, Rule, Severity, check_l
 from axistwin.controllers.product import Refusal
 from axistwin.core.errors import PlacedError
 from axistwin.scenes.diagnostics.codes import tables
-from axistwin.scenes.reasons.reasons import Refused
 from axistwin.scenes.reasons.remedies import Remedies
 from axistwin.sim.manual_actions import ManualAct
 from axistwin.ui.teaching.guide import Guide, PlainGuide, Term
@@ -34,7 +33,7 @@ class Tutor:
     def __init__(self, controller: Controller, remedies: Remedies | None = None) -> None:
         self.controller = controller
         self.on = True  # True if the tutor is switched on.
-        self.guide = _guide(controller, self._refused)
+        self.guide = _guide(controller)
         self.guide.remedies = remedies or Remedies()
         self._lines: list[bytes] = []
         self._request = b""
@@ -173,18 +172,18 @@ class Tutor:
             self._ignored = ""
 
 
-def _guide(controller: Controller, refused: Refused) -> Guide:
+def _guide(controller: Controller) -> Guide:
     match controller.product.family:
         case "digiplan":
             from axistwin.ui.teaching.digiplan import DigiplanGuide
 
-            return DigiplanGuide(controller, refused)
+            return DigiplanGuide(controller)
         case "compumotor":
             from axistwin.ui.teaching.compumotor import CompumotorGuide
 
-            return CompumotorGuide(controller, refused)
+            return CompumotorGuide(controller)
         case "smartmotor":
             from axistwin.ui.teaching.smartmotor import SmartMotorGuide
 
-            return SmartMotorGuide(controller, refused)
-    return PlainGuide(controller, refused)
+            return SmartMotorGuide(controller)
+    return PlainGuide(controller)
