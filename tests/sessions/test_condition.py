@@ -62,7 +62,7 @@ async def test_the_drill_from_its_first_visitor_to_its_second_pass():
     await session.advance_to(20.15)
     session.do("table", "estop", "low")
     stopped = ("Stopped: emergency stop pressed", "red", f"Release it, {CYCLE[0].lower()}{CYCLE[1:]}")
-    stopped += (["Release Emergency stop*", "Power off and on"],)
+    stopped += (["Release Emergency stop*"],)
     assert told(condition(session)) == stopped
     session.pause()
     assert condition(session).words == "Stopped: emergency stop pressed (paused)"
@@ -84,11 +84,13 @@ async def test_the_drill_from_its_first_visitor_to_its_second_pass():
 async def test_a_sequence_that_begins_displaced_says_where_the_axes_stand():
     session = session_of("drill")
     await session.advance_to(13)  # X rests at the second hole of the first row.
-    for target, value in (("estop", "low"), ("estop", "high"), ("power", "off"), ("power", "on")):
+    here = ": the sequence begins at X 40 mm, not at 0"
+    session.do("table", "estop", "low")
+    assert condition_of(session, "table").next.endswith(f"then press Start{here}"), "as soon as it is known"
+    for target, value in (("estop", "high"), ("power", "off"), ("power", "on")):
         session.do("table", target, value)
     await session.advance_to(16)
-    here = "X stands at 40 mm, 0 when the scene began: the sequence begins here"
-    state = ("Waiting for input 2 (Start)", "blue", f"Press Start. {here}", [])
+    state = ("Waiting for input 2 (Start)", "blue", f"Press Start{here}", [])
     assert told(condition(session, running=True)) == state
     session.do("table", "input2", "high")
     assert condition(session).next == "Press Run. X moves to 60 mm, step 2 of 14: X1600", "displaced, as it says"
@@ -146,7 +148,10 @@ ROWS = [
     ("if1", {}, (*READY, ("X5000$\r", 0.5)), ("Running", "grey", "X moves to 5000 pulses", [])),
     ("if1", {"X": {"limits": [-100, 500]}}, (*READY, ("X5000$\r", 3)), (
         "Stopped: X at the plus limit", "red", "X stands on the switch: move away in minus: type K, then type X-101$",
-        [])),
+        ["Send K*"])),
+    ("if1", {"X": {"limits": [-100, 500]}}, (*READY, ("X5000$\r", 3), ("K\r", 1)), (
+        "Stopped: X at the plus limit", "red", "X stands on the switch: move away in minus: type X-101$",
+        ["Send X-101$*"])),
     ("if1", {}, (*READY, "! limit_minus low"), (
         "Cannot move: minus limit active", "red", "Click the switch limit_minus again, then type K",
         ["Release limit minus*"])),
@@ -165,10 +170,12 @@ ROWS = [
     ("if2", {}, (*READY, (":X400:$\r", 3), ("[\r", 1)), (
         "The stored sequence has ended", "grey", "Switch the power off and on", ["Power off and on"])),
     ("1811", {}, [], ("Waiting for a command", "blue",
-        "Type default_velocity_and_acceleration 00 25000 250000: velocity and acceleration of default moves (31h)",
-        ["Send default_velocity_and_acceleration 00 25000 250000*", "Lessons"])),
+        ("A move needs velocity and acceleration: 31h has not been given: "
+        "type default_velocity_and_acceleration 00 25000 250000"), ["Send it*", "Lessons"])),
+    ("1811", {}, ("default_velocity_and_acceleration 00 25000 250000",), ("Waiting for a command", "blue",
+        "Type go_relative 25000: one revolution of a 25000 step motor (33h)", ["Send go_relative 25000*", "Lessons"])),
     ("1811", {}, ("default_velocity_and_acceleration 00 25000 250000", ("go_relative 100000", 0.5)), (
-        "Running", "grey", "motor moves to 100000 pulses", [])),
+        "Running", "grey", "Motor moves to 100000 pulses", [])),
     ("1811", {}, ("! cw_limit high",), (
         "Cannot move: plus limit active", "red", "Click the switch cw_limit again", ["Release cw limit*"])),
     ("1811", {}, ("D9 01", "2C 02 00", "D8", "41 01"),
@@ -182,7 +189,7 @@ ROWS = [
         ["Send UCI ZS*"])),
     ("smartmotor", {}, ("UCI UDI ZS ",), (
         "Waiting for a command", "blue", "No acceleration has been given: type A=100", ["Send A=100*", "Lessons"])),
-    ("smartmotor", {}, ("UCI UDI ZS A=100 V=100000 MV G ",), ("Running", "grey", "shaft moves in plus", [])),
+    ("smartmotor", {}, ("UCI UDI ZS A=100 V=100000 MV G ",), ("Running", "grey", "Shaft moves in plus", [])),
     ("smartmotor", {}, ("SLEEP ",), ("Waiting for a command", "blue",
         "Asleep, so that it ignores all commands but WAKE: type WAKE", ["Send WAKE*", "Lessons"])),
 ]  # fmt: skip
@@ -221,7 +228,7 @@ def other(**abilities):
 
 
 @pytest.mark.parametrize(("abilities", "acts", "state"), [
-    ({}, (), ("Waiting for a command", "blue", "It accepts the host's commands", [])),
+    ({}, (), ("Waiting for a command", "blue", "Type a command, or let a host send one", [])),
     ({}, (("power", "off"),), ("Power off", "grey", "Switch the power on", ["Power on*"])),
     ({}, (("estop", "low"),), ("Stopped: emergency stop pressed", "red", "Release it", ["Release estop*"])),
     ({}, (("limit_plus", "low"),), (
@@ -285,7 +292,7 @@ async def test_the_next_line_of_a_smartmotor_asks_for_what_is_missing():
         await session.advance_to(session.seconds + 0.2)
     assert told(condition(session))[0] == "Running"
     await session.advance_to(session.seconds + 3)
-    done = ("Waiting for a command", "blue", "It accepts the host's commands", ["Lessons"])
+    done = ("Waiting for a command", "blue", "Type a command, or let a host send one", ["Lessons"])
     assert told(condition(session)) == done
     session.say("smartmotor", b"P=9000 ")
     await session.advance_to(session.seconds + 0.2)
@@ -302,7 +309,7 @@ async def test_the_next_line_of_an_if1_asks_for_nothing_after_its_first_move():
     await session.advance_to(session.seconds + 5)
     assert (session.bench["if1"].axes["X"].position, condition(session).next) == (
         1000,
-        "It accepts the host's commands",
+        "Type a command, or let a host send one",
     )
 
 

@@ -15,7 +15,7 @@ from axistwin.core.units import figures, to_seconds
 from axistwin.plant.axes import Axis
 from axistwin.plant.servo_axis import ServoAxis
 from axistwin.scenes.reasons.families import KNOWN, reasons_of
-from axistwin.scenes.reasons.reasons import EMERGENCY_STOPS, Cause, Reason
+from axistwin.scenes.reasons.reasons import EMERGENCY_STOPS, Cause, Reason, spoken
 from axistwin.scenes.reasons.remedies import ByHand
 from axistwin.scenes.sessions.session import Session
 
@@ -72,7 +72,8 @@ class Condition(NamedTuple):
 
 LESSONS = Button("Lessons", "lessons")
 RUN = Button("Run", "run", filled=True)
-_COMMAND = re.compile(r"type  (\S+(?: \S+)*)(?:  \(.*\))?")
+MOST_SENT = 24  # Largest number of characters of a line that a button repeats; the text beside it shows it anyhow.
+_COMMAND = re.compile(r"(?:.*: )?type  (\S+(?: \S+)*)(?:  (?:\(|and then  ).*)?")  # Of several, the first.
 
 
 def condition(session: Session, *, running: bool | None = None) -> Condition:
@@ -118,14 +119,14 @@ def condition_of(session: Session, name: str) -> Condition:
         before = "Stopped" if ran else "Cannot move"
         return _stopped(session, name, Kind.FAULT, f"{before}: {reason.short or reason.text}", reason)
     if not moving and (reason := first[Cause.INPUT]) and not _comes(session.bench, controller, reason.pin):
-        return _waiting(session, name, reason, _displaced(controller) if found.begins else "")
+        return _waiting(session, name, reason, _displaced(controller) * found.begins)
     if moving or _works(session.bench, name):
         does = _motion(controller, moving) or _plan(session.bench, name)
         return Condition(Kind.RUNNING, "Running", does, controller=name)
     if reason := first[Cause.ENDED]:
         cycle = _power(name, "Power off and on", "off", "on")
-        words = "The stored sequence has ended"
-        return Condition(Kind.ENDED, words, _sentence(_steps(session, name, reason)), (cycle,), controller=name)
+        asks = _sentence(_steps(session, name, reason)) + _displaced(controller) * bool(reason.waits)
+        return Condition(Kind.ENDED, "The stored sequence has ended", asks, (cycle,), controller=name)
     if (reason := first[Cause.START]) and reason.remedy == "wait":
         return Condition(Kind.RUNNING, "Starting", _plain(reason.text), controller=name)
     return _commanded(session, name, first[Cause.START] or first[Cause.REFUSED] or first[Cause.COMMAND])
@@ -168,11 +169,13 @@ def _stopped(session: Session, name: str, kind: Kind, words: str, reason: Reason
         label = known[0] if (known := operated(session, name, reason.pin)) else spaced(reason.pin)
         buttons.append(Button(f"Release {label}", "do", (Do(reason.pin, value, controller=name),), filled=True))
     if reason.cycle:
-        buttons.append(_power(name, "Power off and on", "off", "on", filled=kind is not Kind.STOPPED))
+        if kind is not Kind.STOPPED:
+            buttons.append(_power(name, "Power off and on", "off", "on", filled=True))
     elif command := _send(session.bench[name], reason):
         buttons.append(command)
     choice = ": " in reason.text and reason.remedy.startswith("type  ")  # The text tells what else would help.
     asks = _sentence(_steps(session, name, reason)) or _plain(str(reason) if choice else reason.remedy)
+    asks += _displaced(session.bench[name]) * bool(reason.cycle and reason.waits)
     pin = f"{name}.{reason.pin}" if reason.pin else ""
     return Condition(kind, words, asks, tuple(buttons), Tone.RED, name, pin)
 
@@ -185,7 +188,7 @@ def _waiting(session: Session, name: str, reason: Reason, displaced: str) -> Con
     by_hand = not session.bench[name].pins[reason.pin].wired
     act = Do(reason.pin, reason.level, controller=name)
     buttons = () if known or not by_hand else (Button(f"Set {reason.pin} {reason.level}", "do", (act,), filled=True),)
-    asks = _plain(reason.remedy) + (f". {displaced}" if displaced else "")
+    asks = _plain(reason.remedy) + displaced
     return Condition(Kind.INPUT, words, asks, buttons, Tone.BLUE, name, f"{name}.{reason.pin}" if by_hand else "")
 
 
@@ -204,7 +207,7 @@ def _commanded(session: Session, name: str, reason: Reason | None) -> Condition:
         asks = f"Type {step[0]}: {step[1]}"
         buttons = [*((found,) if (found := _send(controller, Reason("", f"type  {step[0]}"))) else ()), *buttons]
     else:
-        asks = "It accepts the host's commands"
+        asks = "Type a command, or let a host send one"
     tone = Tone.GREY if session.client(name) else Tone.BLUE
     if reason is not None and reason.cause is Cause.REFUSED:
         tone, words = Tone.AMBER, "A message was refused"
@@ -298,7 +301,7 @@ def _plain(remedy: str) -> str:
 
 
 def _send(controller: Controller, reason: Reason) -> Button | None:
-    """Return the button that sends the only line of a remedy."""
+    """Return the button that sends the first line of a remedy."""
     found = _COMMAND.fullmatch(reason.remedy)
     if found is None or found[1].startswith(":"):
         return None
@@ -308,7 +311,8 @@ def _send(controller: Controller, reason: Reason) -> Button | None:
             data = language.read(found[1])
         except PlacedError:
             return None
-    return Button(f"Send {found[1]}", "do", (Say(data, controller=controller.name),), filled=True)
+    label = f"Send {found[1]}" if len(found[1]) <= MOST_SENT else "Send it"
+    return Button(label, "do", (Say(data, controller=controller.name),), filled=True)
 
 
 def _power(name: str, label: str, *levels: str, filled: bool = False) -> Button:
@@ -317,7 +321,7 @@ def _power(name: str, label: str, *levels: str, filled: bool = False) -> Button:
 
 def _motion(controller: Controller, moving: list[str]) -> str:
     """Return what the machine does, e.g. `X moves to 60 mm, step 11 of 14: L1X-`."""
-    moves = " and ".join(_move(name, controller.axes[name]) for name in moving)
+    moves = _sentence([" and ".join(_move(name, controller.axes[name]) for name in moving)])
     running = next((each for each in controller.programs.values() if each.running is not None), None)
     if running is None or running.running is None or running.running >= len(running.lines):
         return moves
@@ -334,17 +338,19 @@ def _plan(bench: Bench, name: str) -> str:
 
 def _move(name: str, axis: Axis) -> str:
     if isinstance(axis, ServoAxis) or (pulses := axis.train.move.profile.pulses) is None:
-        return f"{name} moves in {'plus' if axis.velocity >= 0 else 'minus'}"
+        return f"{spoken(name)} moves in {'plus' if axis.velocity >= 0 else 'minus'}"
     move = axis.train.move
-    return f"{name} moves to {_place(axis, move.origin + move.direction * pulses - (axis.pulses - axis.position))}"
+    return (
+        f"{spoken(name)} moves to {_place(axis, move.origin + move.direction * pulses - (axis.pulses - axis.position))}"
+    )
 
 
 def _displaced(controller: Controller) -> str:
-    """Return the axes that stand anywhere but at 0, where every scene begins."""
-    axes = {name: axis for name, axis in controller.axes.items() if axis.position}
-    places = " and ".join(f"{name} {'stands ' * (n == 0)}at {_place(axis, axis.position)}"
-                          for n, (name, axis) in enumerate(axes.items()))  # fmt: skip
-    return f"{places}, 0 when the scene began: the sequence begins here" if places else ""
+    """Return where a stored sequence begins, if the axes rest anywhere but at 0, where every scene begins."""
+    axes = controller.axes
+    places = " and ".join(f"{name} {_place(axis, axis.position)}" for name, axis in axes.items() if axis.position)
+    rests = not any(axis.moving for axis in axes.values())
+    return f": the sequence begins at {places}, not at 0" if places and rests else ""
 
 
 def _place(axis: Axis, position: int) -> str:
