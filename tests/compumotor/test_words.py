@@ -85,6 +85,8 @@ def test_a_streamed_velocity_has_a_direction():
         f"velocity {velocity} effective clock/65536, distance {distance} pulses"
         for velocity, distance in (("CCW 8", 100), ("32767", 1), ("CCW 0", 0))
     )
+    same = WORDS.explain(bytes.fromhex("E1 0008 8019 0000 0000 0000 0000 0000"))
+    assert same == "velocity-time data: velocity 8, CCW 25, 0, 0, 0, 0, 0 effective clock/65536"
     command = WORDS.commands.get(0xE1)
     assert str(command.fields[0]) == "velocity 0…32767 effective clock/65536, CCW 32768 more"
 

@@ -9,6 +9,7 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from difflib import get_close_matches
 from functools import cached_property
+from itertools import accumulate, groupby, starmap
 from typing import Any
 
 from axistwin.controllers.commandset import CommandSet
@@ -232,12 +233,13 @@ def _streamed(data: bytes) -> bool:
 
 
 def _values(fields: Iterable[language.Number], data: bytes) -> Iterable[str]:
-    at = 0
-    for field in fields:
-        part = data[at : at + field.size]
-        at += field.size
-        if not isinstance(field, language.DontCare):
-            yield f"{field.name} {_shown(field, part)}{' ' + field.unit if field.unit else ''}"
+    """Yield names, values and units; values of one kind that follow each other share them."""
+    fields = tuple(fields)
+    ends = accumulate(field.size for field in fields)
+    parts = [(field, data[end - field.size : end]) for field, end in zip(fields, ends, strict=True)]
+    told = [each for each in parts if not isinstance(each[0], language.DontCare)]
+    for (name, unit), same in groupby(told, lambda each: (each[0].name, each[0].unit)):
+        yield f"{name} {', '.join(starmap(_shown, same))} {unit}".rstrip()
 
 
 def _shown(field: language.Number, data: bytes) -> str:
