@@ -78,7 +78,7 @@ def test_values_at_the_pointer_have_units(visit):
     for _ in range(5):
         visit.frame()
     row, other = visit.found("scope-readout").rows
-    assert (row["unit"], row["at"], row["now"]) == ("pulses", "-1000 (-12.50 mm)", "-2000 (-25.00 mm)")
+    assert (row["unit"], row["at"], row["now"]) == ("mm (pulses)", "−12.50 (−1000)", "−25.00 (−2000)")
     assert (other["unit"], other["at"]) == ("", other["now"])
     assert visit.found("scope-times").text == "pointer 1.000 s"
     assert frame(screen_of(visit))["signals"][0]["range"] == "\u221226.00 … 0.00"
@@ -233,7 +233,7 @@ def test_cursors_by_clicks_keys_and_buttons_and_what_they_measure(visit):
     for _ in range(5):
         visit.frame()
     assert (
-        "A: Input 1 high at 4.000 s   B: 5.000 s   B − A 1 s   1/(B − A) 1 Hz   A moves"
+        "A: Input 1 pressed at 4.000 s   B: 5.000 s   B − A 1 s   1/(B − A) 1 Hz   A moves"
         in visit.found("scope-times").text
     )
     visit.press("scope-edge-before")
@@ -242,8 +242,8 @@ def test_cursors_by_clicks_keys_and_buttons_and_what_they_measure(visit):
         visit.frame()
     (row,) = visit.found("scope-readout").rows
     assert row == {
-        "name": "Input 1", "key": "if1.input1", "unit": "", "at": "–", "now": "1", "a": "0", "b": "1", "d": "1",
-        "low": "0", "high": "1", "mean": "0.2",
+        "name": "Input 1", "key": "if1.input1", "unit": "", "at": "–", "now": "pressed", "a": "off", "b": "pressed",
+        "d": "1", "low": "off", "high": "pressed", "mean": "0.2",
     }  # fmt: skip
 
     tell(visit, do="key", key="Escape")
@@ -406,7 +406,7 @@ def test_a_click_that_snaps_says_to_what(visit):
             visit.frame()
         return visit.found("scope-times").text
 
-    assert told(0.501) == "A: Input 1 high at 3.000 s"
+    assert told(0.501) == "A: Input 1 pressed at 3.000 s"
     screen.cursors.active = "a"
     assert told(0.749).startswith("A: X position 1 pulses at 4.000 s")
     screen.cursors.active = "a"

@@ -99,7 +99,7 @@ FACTS = {
                    says="N", answer="0CR"),
     "winder": Facts(who="traverse", axis="motor", moving="traverse.motor passes 1000", pin="trigger2", lane="Trigger 2",
                     says="position_from_absolute_zero", answer=""),
-    "cut-to-length": Facts(who="knife", axis="shaft", moving="feeder.X passes 1000", pin="F", lane="knife F",
+    "cut-to-length": Facts(who="knife", axis="shaft", moving="feeder.X passes 1000", pin="F", lane="knife Pin F",
                            says="RP", answer="CR"),
 }  # fmt: skip
 

@@ -23,8 +23,7 @@ class Switches:
     """
 
     def __init__(self, controller: Controller, press: Press, named: Mapping[str, str] | None = None) -> None:
-        self._lamps = {lamp.source: lamp for group in controller.product.front for lamp in group.items
-                       if isinstance(lamp, Lamp) and lamp.source in controller.pins}  # fmt: skip
+        self._lamps = lamps_of(controller)
         elsewhere = {*on_slides(controller)}
         self.inputs = [name for name in self._inputs(controller) if name not in elsewhere]
         self.outputs = [name for name, pin in controller.pins.items() if pin.is_output and LAMPS.match(name)]
@@ -49,17 +48,14 @@ class Switches:
             if self._seen.get(name) == now:
                 continue
             self._seen[name] = now
-            if name == STOP:
-                show_switch(drawing, part, pin, "released" if pin.level else "pressed")
-                drawing.flag(part, "bad", not pin.level)
-            else:
-                show_switch(drawing, part, pin, wired=name in self._wired)
+            show_switch(drawing, part, pin, wired=name in self._wired)
+            drawing.flag(part, "bad", name == STOP and not pin.level)
         for name in self.outputs:
             level = self._pin(name).level
             lamp = self._lamps.get(name)
             on = controller.powered and (level if lamp is None else level is lamp.lit)
             drawing.flag(f"lamp-{name}", "lit", on)
-            drawing.put(f"lamp-{name}", "aria-label", f"{self._title(name)}: {'on' if on else 'off'}")
+            drawing.put(f"lamp-{name}", "aria-label", f"{title_of(name, self._lamps)}: {'on' if on else 'off'}")
             drawing.write(f"lamp-{name}-word", "on" if on else "off")
             drawing.put(f"lamp-{name}", "title", f"{self._name}.{name}: {'high' if level else 'low'}")
 
@@ -78,15 +74,6 @@ class Switches:
             if shown and pin.drivable and not own:
                 yield name
 
-    def _title(self, name: str) -> str:
-        if name == STOP:
-            return "Emergency stop"
-        lamp = self._lamps.get(name)
-        if lamp is not None and not name.startswith("output"):
-            return lamp.name[:1].upper() + lamp.name[1:]
-        words = spaced(name)
-        return words[:1].upper() + words[1:]
-
     def _art(self) -> str:
         shown = [*((name, self._switch) for name in self.inputs), *((name, self._lamp) for name in self.outputs)]
         first = "".join(draw(name) for name, draw in shown if name in self._notes)
@@ -96,7 +83,8 @@ class Switches:
         if not rest:
             return row
         inputs = sum(name in self.inputs for name, _ in rest)
-        told = f"{len(rest)} unused" if first else f"{inputs} inputs, {len(rest) - inputs} outputs unused"
+        outputs = f", {len(rest) - inputs} outputs" if len(rest) > inputs else ""
+        told = f"{len(rest)} unused" if first else f"{inputs} inputs{outputs} unused"
         folded = "".join(draw(name) for name, draw in rest)
         return f'{row}<details class="unused"><summary>{told}</summary><div>{folded}</div></details>'
 
@@ -114,8 +102,22 @@ class Switches:
 
     def _words(self, name: str) -> str:
         note = self._notes.get(name, "")
-        told = f' <span class="quiet">{escape(note)}</span>' if note and note != self._title(name) else ""
-        return f"<span>{escape(self._title(name))}{told}</span>"
+        told = f' <span class="quiet">{escape(note)}</span>' if note and note != title_of(name, self._lamps) else ""
+        return f"<span>{escape(title_of(name, self._lamps))}{told}</span>"
+
+
+def lamps_of(controller: Controller) -> dict[str, Lamp]:
+    """Return the lamps of the front panel that show terminals."""
+    lamps = (item for group in controller.product.front for item in group.items if isinstance(item, Lamp))
+    return {lamp.source: lamp for lamp in lamps if lamp.source in controller.pins}
+
+
+def title_of(name: str, lamps: Mapping[str, Lamp]) -> str:
+    """Return the title of a terminal, e.g. `Output 1`."""
+    if name == STOP:
+        return "Emergency stop"
+    words = spaced(name) if name.startswith("output") or name not in lamps else lamps[name].name
+    return words[:1].upper() + words[1:]
 
 
 def wired_to(controller: Controller) -> dict[str, str]:
@@ -167,11 +169,16 @@ def state_word(pin: Pin, *, wired: bool) -> str:
         return "stuck"
     if is_pressed(pin):
         return "pressed"
-    if pin.is_output:
-        return "output"
-    if wired:
-        return "on" if pin.level else "off"
-    return "released" if pin.level else "off"
+    return "output" if pin.is_output and not wired else level_words(pin, wired=wired)[pin.level]
+
+
+def level_words(pin: Pin, *, wired: bool) -> tuple[str, str]:
+    """Return the words for a low and a high level."""
+    if pin.name == STOP:
+        return "pressed", "released"
+    if wired or pin.is_output:
+        return "off", "on"
+    return ("pressed", "released") if pin.undriven else ("off", "pressed")
 
 
 def is_pressed(pin: Pin) -> bool:

@@ -87,7 +87,7 @@ def _value(track: Track, meaning: Meaning, at_ns: int) -> str:
     value = value_at(track, at_ns)
     if isnan(value):
         return "–"
-    return meaning.number(value) if track.kind in (COUNT, REAL) else "on" if value else "off"
+    return meaning.number(value) if track.kind in (COUNT, REAL) else meaning.word(value)
 
 
 def _decoded(meaning: Meaning, text: str) -> str:

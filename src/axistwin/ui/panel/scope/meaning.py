@@ -7,8 +7,9 @@ from axistwin.bench import Bench, Controller, endpoints
 from axistwin.bench.codec import Codec
 from axistwin.plant.machine_units import MachineUnits
 from axistwin.records.traces.signals import COUNT, LEVEL, REAL, TEXT, Signal, pin_signal
+from axistwin.scenes.reasons.reasons import spoken
 from axistwin.ui.drawings.scale import grouped, minus
-from axistwin.ui.drawings.switches import spaced, wired_to
+from axistwin.ui.drawings.switches import lamps_of, level_words, spaced, title_of, wired_to
 
 
 @dataclass(frozen=True)
@@ -19,6 +20,7 @@ class Meaning:
     note: str = ""  # What a terminal is connected to: "to input 1", "Start".
     unit: str = ""
     units: MachineUnits | None = None
+    levels: tuple[str, str] = ("off", "on")  # Words for low and high, those of the switch.
     codec: Codec | None = None
     by_host: bool = False
 
@@ -38,11 +40,8 @@ class Meaning:
             return minus(self.units.shown(value))
         return grouped(round(value)) if abs(value) >= MANY else minus(f"{value:.4g}")
 
-    def in_unit(self, value: float) -> str:
-        """Format a value in the machine unit, e.g. `12.50 mm`; "" if no machine unit is defined."""
-        if self.units is None:
-            return ""
-        return f"{self.units.shown(value)} {self.shown_unit}"
+    def word(self, value: float) -> str:
+        return self.levels[bool(value)]
 
     def words(self, text: str) -> str:
         """Return the meaning of a bus message in words, or "" if the text is not a complete bus message."""
@@ -54,6 +53,7 @@ class Meaning:
             return ""
 
 
+MOST_TITLE = 20  # Largest number of characters of a product's name in a lane; a longer one gives way to its own name.
 MANY = 1000  # Smallest value that is told without decimals.
 PLAIN = Meaning()
 
@@ -75,12 +75,15 @@ def meanings(bench: Bench, signals: Iterable[Signal], named: Mapping[str, str]) 
 def _title(bench: Bench, signal: Signal) -> str:
     name, _, axis = signal.scope.rpartition(".")
     if name in bench.controllers and axis in bench[name].axes:
-        return f"{axis} {'position' if signal.name == 'pulses' else signal.name.replace('_', ' ')}"
+        words = f"{spoken(axis)} {'position' if signal.name == 'pulses' else signal.name.replace('_', ' ')}"
+        return words[0].upper() + words[1:] if axis.isdigit() else words
     if signal.name == "host_says":
         return "Host"
     if signal.name == "controller_says":
-        known = signal.scope in bench.controllers
-        return bench[signal.scope].product.indefinite.partition(" ")[2] if known else signal.scope
+        short = bench[signal.scope].product.indefinite.partition(" ")[2] if signal.scope in bench.controllers else ""
+        return short if 0 < len(short) <= MOST_TITLE else signal.scope
+    if pin := _pin(bench, signal):
+        return title_of(pin, lamps_of(bench[signal.scope]))
     words = spaced(signal.name)
     return words if signal.kind in (COUNT, REAL) else words[:1].upper() + words[1:]
 
@@ -93,7 +96,16 @@ def _meaning(bench: Bench, signal: Signal) -> Meaning:
         return Meaning(unit="V")
     if signal.name in ("host_says", "controller_says") and endpoints.at_a_bus(bench, signal.scope):
         return Meaning(codec=endpoints.codec_at(bench, signal.scope), by_host=signal.name == "host_says")
+    if pin := _pin(bench, signal):
+        controller = bench[signal.scope]
+        return Meaning(levels=level_words(controller.pins[pin], wired=pin in wired_to(controller)))
     return PLAIN
+
+
+def _pin(bench: Bench, signal: Signal) -> str:
+    """Return the terminal that a signal shows; "" if it shows none."""
+    pins = bench[signal.scope].pins if signal.scope in bench.controllers and signal.kind == LEVEL else ()
+    return next((name for name in pins if pin_signal(name) == signal.name), "")
 
 
 def _of_axis(controller: Controller, name: str, signal: Signal) -> Meaning:

@@ -265,7 +265,7 @@ class Screen:
         self.cursors.set(self.cursors.active, moved_ns)
 
     def changed_at(self, time_ns: int) -> str:
-        """Return what changes at exactly this time, e.g. `Input 1 high`; "" if nothing does.  Numbers come last."""
+        """Return what changes at exactly this time, e.g. `Input 1 pressed`; "" if nothing does.  Numbers come last."""
         for name in sorted(self.tracks, key=lambda name: self.tracks[name].kind in (COUNT, REAL)):
             track, meaning = self.tracks[name], self.recorder.meanings.get(name, PLAIN)
             if isnan(value := value_at(track, time_ns)) or time_ns not in track.rows(time_ns, time_ns + 1).begin:
@@ -274,7 +274,7 @@ class Screen:
                 return f"{self.title(name)}: {track.at(time_ns)}"
             if track.kind in (COUNT, REAL):
                 return f"{self.title(name)} {meaning.number(value)} {meaning.shown_unit}".rstrip()
-            return f"{self.title(name)} {'high' if value else 'low'}"
+            return f"{self.title(name)} {meaning.word(value)}"
         return ""
 
     def jump_cursor(self, forward: bool) -> None:

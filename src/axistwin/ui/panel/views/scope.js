@@ -128,10 +128,10 @@ window.axistwinScope = (() => {
     return pen;
   }
 
-  function upright(pen, at, size, colour, dash, name, side = 4) {
+  function upright(pen, at, size, { well }, colour, dash, name, side = 4) {
     if (at === null) return;
     const x = Math.round(at * size.width) + 0.5;
-    pen.strokeStyle = pen.fillStyle = colour;
+    pen.strokeStyle = colour;
     pen.lineWidth = name.length > 1 ? 2 : 1;
     pen.setLineDash(dash);
     pen.beginPath();
@@ -141,8 +141,11 @@ window.axistwinScope = (() => {
     pen.setLineDash([]);
     pen.font = "500 12px Roboto, sans-serif";
     pen.textBaseline = "top";
-    const wide = pen.measureText(name).width;
-    pen.fillText(name, x + side + wide > size.width ? x - side - wide : x + side, 2);
+    const wide = pen.measureText(name).width, left = x + side + wide > size.width ? x - side - wide : x + side;
+    pen.fillStyle = well;  // no curve crosses the words
+    pen.fillRect(left - 2, 1, wide + 4, 14);
+    pen.fillStyle = colour;
+    pen.fillText(name, left, 2);
   }
 
   // Writes names, ranges and values left of the lanes.
@@ -161,7 +164,7 @@ window.axistwinScope = (() => {
       row.style.transform = `translateY(${places[n][0]}px)`;
       row.classList.toggle("folded", signal.folded);
       row.title = signal.name;
-      write(first, signal.title); write(note, signal.note); write(range, signal.folded || places[n][1] < 32 ? "" : signal.range);
+      write(first, signal.title); write(note, signal.note); write(range, signal.folded || places[n][1] < LEAST ? "" : signal.range);
       first.style.color = frame.lanes ? "" : (theme ? DARK : COLOURS)[n % COLOURS.length];
       write(row.children[1], signal.now); write(row.children[2], signal.unit);
     });
@@ -196,11 +199,11 @@ window.axistwinScope = (() => {
       if (!signal.text) curve(pen, signal, n, place, size, tint);
       if (!signal.folded) texts(pen, signal, frame.lanes ? place : places[n], size, tint);
     });
-    for (const [at, text] of frame.alarms) upright(pen, at, size, tint.alarm, [], text, 8);
-    upright(pen, frame.cursors[0], size, tint.act, [], "A");
-    upright(pen, frame.cursors[1], size, tint.act, [6, 3], "B");
-    upright(pen, frame.trigger, size, tint["ink-2"], [2, 2], "T");
-    if (frame.now < 1) upright(pen, frame.now, size, tint.act, [], "");
+    for (const [at, text] of frame.alarms) upright(pen, at, size, tint, tint.alarm, [], text, 8);
+    upright(pen, frame.cursors[0], size, tint, tint.act, [], "A");
+    upright(pen, frame.cursors[1], size, tint, tint.act, [6, 3], "B");
+    upright(pen, frame.trigger, size, tint, tint["ink-2"], [2, 2], "T");
+    if (frame.now < 1) upright(pen, frame.now, size, tint, tint.act, [], "");
     axis(plot, frame, marks, width, tint);
     write(plot.querySelector(".scope-hush"), frame.hush);
   }

@@ -10,13 +10,14 @@ from nicegui.elements.mixins.value_element import ValueElement
 
 from axistwin.core.errors import AxistwinError
 from axistwin.core.units import to_seconds
-from axistwin.records.traces.signals import split
+from axistwin.records.traces.signals import LEVEL, split
+from axistwin.ui.drawings.scale import minus
 from axistwin.ui.panel.context import Refresh, complain, together
 from axistwin.ui.panel.scope.cursors import between, duration, rate, value_at
 from axistwin.ui.panel.scope.meaning import PLAIN, Meaning
 from axistwin.ui.panel.scope.saving import PICTURES, TRACES
 from axistwin.ui.panel.scope.screen import MOST_SHOWN, SPANS_NS, Screen, searched
-from axistwin.ui.panel.scope.tracks import Words
+from axistwin.ui.panel.scope.tracks import Track, Words
 from axistwin.ui.panel.scope.triggers import MODES, OFF, SINGLE, SLOPES
 from axistwin.ui.panel.turns import breathe
 from axistwin.ui.panel.views.parts import TOGGLE
@@ -401,7 +402,7 @@ def _row(screen: Screen, name: str) -> dict[str, str]:
     row = dict.fromkeys(("at", "now", "a", "b", "d", "low", "high", "mean"), UNKNOWN)
     row |= {"name": screen.called(name), "key": name}
     meaning = screen.recorder.meanings.get(name, PLAIN)
-    row["unit"] = meaning.unit
+    row["unit"] = meaning.shown_unit if meaning.units is None else f"{meaning.shown_unit} ({meaning.unit})"
     if track is None:
         return row
     at_ns = None if screen.pointer is None else screen.time_at(screen.pointer)
@@ -409,18 +410,21 @@ def _row(screen: Screen, name: str) -> dict[str, str]:
     times = (("at", at_ns), ("now", screen.record.now_ns), ("a", a_ns), ("b", b_ns))
     if isinstance(track, Words):
         return row | {key: track.at(at) for key, at in times if at is not None}
-    row |= {key: _with_unit(meaning, value_at(track, at)) for key, at in times if at is not None}
+    row |= {key: _told(track, meaning, value_at(track, at)) for key, at in times if at is not None}
     if a_ns is not None and b_ns is not None:
         found = between(track, a_ns, b_ns)
-        row |= {"d": _shown(found.difference), "low": _shown(found.low), "high": _shown(found.high)}
-        row["mean"] = _shown(found.mean, 6)
+        row |= {"low": _told(track, meaning, found.low), "high": _told(track, meaning, found.high)}
+        row |= {"d": _number(meaning, found.difference), "mean": _number(meaning, found.mean, 6)}
     return row
 
 
-def _with_unit(meaning: Meaning, value: float) -> str:
-    told = "" if isnan(value) else meaning.in_unit(value)
-    return f"{_shown(value)} ({told})" if told else _shown(value)
+def _told(track: Track, meaning: Meaning, value: float) -> str:
+    return meaning.word(value) if track.kind == LEVEL and not isnan(value) else _number(meaning, value)
 
 
-def _shown(value: float, digits: int = 10) -> str:
-    return UNKNOWN if isnan(value) else f"{value:.{digits}g}"
+def _number(meaning: Meaning, value: float, digits: int = 10) -> str:
+    """Return a value in the machine's unit, if there is one, with the pulses or counts in brackets."""
+    if isnan(value):
+        return UNKNOWN
+    own = minus(f"{value:.{digits}g}")
+    return own if meaning.units is None else f"{meaning.number(value)} ({own})"
