@@ -8,6 +8,7 @@ from nicegui import events, ui
 
 from axistwin.core.units import to_seconds
 from axistwin.links.pacing import read_speed
+from axistwin.scenes.sessions.condition import RUN
 from axistwin.scenes.sessions.session import Session
 from axistwin.ui.panel.context import Context, Refresh, seldom, together
 from axistwin.ui.panel.outbound import execute
@@ -16,7 +17,7 @@ from axistwin.ui.panel.views.faults import power
 from axistwin.ui.panel.views.keys import keys
 from axistwin.ui.panel.views.more import go_to, more
 from axistwin.ui.panel.views.parts import LiveText
-from axistwin.ui.panel.views.state import state
+from axistwin.ui.panel.views.state import Conditions, state
 
 SPEEDS = (0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0, 200.0, 500.0, 1000.0, None)
 """Speeds that the keys + and - select."""
@@ -82,13 +83,17 @@ def _run(context: Context) -> tuple[ui.button, Refresh]:
     button.on("click", lambda event: _drive(context, event.args, button), js_handler=SHOWN)
     _restart(context, "restart")
 
+    conditions = context.common(Conditions)
+
     def refresh() -> None:
         text = "Stop" if context.actions.busy else "Pause" if context.session.running else "Run"
         if button.text != text:
             button.text = button.props["data-shown"] = text
             button.set_icon("play_arrow" if text == "Run" else "pause" if text == "Pause" else "stop")
-            look = ("unelevated", "outline")  # Filled, if it is the step that the page asks for.
-            button.props(look[text != "Run"], remove=look[text == "Run"])
+        asked = text == "Run" and RUN in conditions.now.buttons  # Filled, if it is the step that the page asks for.
+        if asked is not ("unelevated" in button.props):
+            look = ("unelevated", "outline")
+            button.props(look[not asked], remove=look[asked])
 
     return button, refresh
 
