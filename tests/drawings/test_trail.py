@@ -132,6 +132,26 @@ def test_where_an_output_has_been_high(moving):
     assert "input1" not in trail.places
 
 
+def test_a_place_seen_again_or_the_power_begins_a_cycle_but_not_the_last_place(moving):
+    bench, controller, go = moving
+    places = trail_of(controller).places["output1"]
+
+    def drill(by):
+        go("X", (100, Fraction(1)), direction=by)
+        bench.run(1.5)
+        for _ in range(2):  # Twice, to clear the hole.
+            controller.pins["output1"].set(True)
+            controller.pins["output1"].set(False)
+
+    drill(+1)
+    drill(+1)
+    assert places == {(100, 0): True, (200, 0): True}
+    drill(-1)
+    assert places == {(200, 0): False, (100, 0): True}
+    controller.power(False)
+    assert not any(places.values())
+
+
 def test_of_those_places_the_latest_are_kept(moving):
     bench, controller, go = moving
     trail = trail_of(controller)

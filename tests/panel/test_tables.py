@@ -77,10 +77,10 @@ def test_a_long_trail_is_drawn_in_pieces_of_which_only_the_last_changes(visit):
 @shown(at, build=TABLE)
 def test_the_tool_is_down_while_its_output_is_high_and_leaves_a_mark(visit):
     output = visit.bench["if2"].pins["output1"]
-    assert (top(visit)["head", ".down"], top(visit)["tool", "text"]) == (False, "output1 low")
+    assert (top(visit)["head", ".down"], top(visit)["tool", "text"]) == (False, "Output 1 off")
     output.set(True)
     visit.run(0.1)
-    assert (top(visit)["head", ".down"], top(visit)["tool", "text"]) == (True, "output1 high")
+    assert (top(visit)["head", ".down"], top(visit)["tool", "text"]) == (True, "Output 1 on")
     assert top(visit)["places", "d"].count("M") == 1
     output.set(False)
     go(visit, X=100)
@@ -92,7 +92,7 @@ def test_another_output_may_be_the_tool_or_none_and_the_person_keeps_it(visit):
     visit.choose("if2 tool", "output3")
     visit.bench["if2"].pins["output3"].set(True)
     visit.run(0.1)
-    assert top(visit)["tool", "text"] == "output3 high" and visit.context.person.settings["if2 tool"] == "output3"
+    assert top(visit)["tool", "text"] == "Output 3 on" and visit.context.person.settings["if2 tool"] == "output3"
     visit.choose("if2 tool", "")
     visit.frame()
     assert (top(visit)["head", ".down"], top(visit)["tool", "text"]) == (False, "")

@@ -1,7 +1,7 @@
 """Drawing of a rotary axis: a disc with an index mark, a brake, and the wheel of an external encoder.
 
-A hollow outer mark shows the commanded position; its angle to the index mark is the following error.  Positive is
-clockwise.
+A hollow outer mark shows the target of a move, or at rest the commanded position if steps are lost; of a servo always
+the commanded position: its angle to the index mark is the following error.  Positive is clockwise.
 """
 
 from html import escape
@@ -12,10 +12,11 @@ from axistwin.plant.master import Master
 from axistwin.plant.servo_axis import ServoAxis
 from axistwin.plant.stepper import StepperAxis
 from axistwin.ui.drawings.drawing import Drawing
-from axistwin.ui.drawings.figure import SELDOM, STATES, error_rows, motion_rows, readout, readouts, show_motion
+from axistwin.ui.drawings.figure import SELDOM, STATES, error_rows, motion_rows, readout, readouts, show_motion, target
 from axistwin.ui.drawings.scale import grouped, signed
 
-ASSUMED = 400  # Assumed number of pulses or counts per turn for an axis without a configured number.
+ASSUMED = 400  # Assumed number of pulses or counts per turn for an axis without a configured number,
+USUAL = {"compumotor": 25_000}  # unless the manuals of its family assume another one.
 WHEEL_EDGES = 2000  # Assumed number of edges per turn of an external encoder that is not mounted on a rotary axis.
 MOST_TURNS = 2  # Largest rotation in one frame that is drawn as a smooth transition.
 
@@ -25,7 +26,7 @@ class Shaft:
 
     def __init__(self, controller: Controller, name: str) -> None:
         axis = controller.axes[name]
-        self.name, self.per_rev = name, axis.per_rev or ASSUMED
+        self.name, self.per_rev = name, axis.per_rev or USUAL.get(controller.product.family, ASSUMED)
         self._said = axis.per_rev is not None
         self._before, self._frames = 0, 0
         self.drawing = Drawing(f"axis {controller.name}.{name}", "shaft", self._art(controller, axis))
@@ -37,7 +38,9 @@ class Shaft:
         smooth = smooth and abs(position - self._before) <= MOST_TURNS * self.per_rev
         self._before = position
         drawing.place("disc", self._angle(position), smooth=smooth)
-        drawing.place("ghost", self._angle(wanted), smooth=smooth)
+        there = target(axis)
+        drawing.place("ghost", self._angle(wanted if there is None else there), smooth=smooth)
+        drawing.flag("ghost", "there", isinstance(axis, ServoAxis) or there is not None or wanted != position)
         drawing.flag("pale", "there", beside is not None)
         if beside is not None:
             drawing.place("pale", self._angle(beside), smooth=smooth)
@@ -82,16 +85,16 @@ class Shaft:
         if self._said:
             rows += [readout("turns", "Turns"), readout("rpm", "Speed", "rpm")]
         rows += error_rows(axis)
-        note = "" if self._said else f'<text class="figures" x="75" y="158">{ASSUMED} {axis.unit} a turn assumed</text>'
-        box = "0 0 150 162" if controller.product.brake_pin is None else "0 0 172 162"
+        note = "" if self._said else f'<p class="note">{grouped(self.per_rev)} {axis.unit} a turn assumed</p>'
+        height = 150 if controller.product.brake_pin is None else 162
         return (
-            f'<div class="drawn"><svg viewBox="{box}" role="img" aria-label="{escape(self.name)}: a shaft">'
+            f'<div class="drawn"><svg viewBox="0 0 150 {height}" role="img" aria-label="{escape(self.name)}: a shaft">'
             f'<g data-part="machine">{_DIAL}'
             f'<g transform="translate(75 75)"><g class="moves disc" data-part="disc">{_DISC}</g>'
             f'<g class="moves pale" data-part="pale"><path class="index" d="M0 -68l-7 14h14zM0 -54V0"/></g>'
             f'<g class="moves wanted" data-part="ghost"><path d="M0 -56l-5 -9h10z"/></g></g>'
-            f"{_brake(controller)}</g>{note}</svg>{_WHEEL if isinstance(axis, ServoAxis) else ''}</div>"
-            f"{readouts(*rows)}{STATES}"
+            f"{_brake(controller)}</g></svg>{_WHEEL if isinstance(axis, ServoAxis) else ''}</div>"
+            f"{note}{readouts(*rows)}{STATES}"
         )
 
 
@@ -100,7 +103,7 @@ def _brake(controller: Controller) -> str:
         return ""
     fitted = "brake" if controller.given.get("brake") else "brake signal"
     caliper = '<g class="moves" data-part="caliper"><path d="M123 60h24v30h-24v-8h9v-14h-9z"/></g>'
-    word = '<text class="word end" x="170" y="158" data-part="brake-word"></text>'
+    word = '<text class="word" x="75" y="158" data-part="brake-word"></text>'
     return f'<g class="{fitted}" data-part="brake">{caliper}{word}</g>'
 
 

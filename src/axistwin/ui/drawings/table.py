@@ -1,4 +1,7 @@
-"""Drawing of an X-Y table from above: the bridge, the tool, its path, and the points where the tool was down."""
+"""Drawing of an X-Y table from above: the bridge, the tool, its path, and the points where the tool was down.
+
+Points of the present cycle are filled, those of earlier cycles hollow.
+"""
 
 from collections.abc import Callable, Iterator
 from html import escape
@@ -8,16 +11,18 @@ from axistwin.bench import Controller
 from axistwin.ui.drawings.drawing import Drawing
 from axistwin.ui.drawings.figure import target
 from axistwin.ui.drawings.scale import grouped, ticks
+from axistwin.ui.drawings.switches import title_of
 from axistwin.ui.drawings.trail import POINTS, Point, Trail
 
 WIDTH, LEFT, TOP = 640.0, 84.0, 26.0
-RIGHT, BELOW = 78.0, 44.0
+RIGHT, BELOW = 78.0, 50.0
 LEAST, MOST = 160.0, 520.0  # Limits of the drawing's height; within them, both axes have the same scale.
 PAST = 4.0  # How far the floor reaches beyond the travel.
 PIECE = 64  # Number of points in one SVG element of the path; a new point changes only the last element.
 PIECES = POINTS // PIECE
 MOST_TICKS = 6
 NO_TOOL = ""
+RING = "m-3.5 0a3.5 3.5 0 1 0 7 0a3.5 3.5 0 1 0 -7 0"
 
 
 class Table:
@@ -34,7 +39,7 @@ class Table:
         self._units = [controller.axes[name].units for name in names]
         self._trail: Trail | None = None
         self._piece, self._shown = 0, (0, (0, 0))
-        self._marked: tuple[str, int, Point | None] | None = None
+        self._marked: tuple[str, int, Point | None, int] | None = None
         self.drawing = Drawing(f"table {controller.name}", "top-view", self._art())
 
     def show(self, controller: Controller, trail: Trail, tool: str, *, smooth: bool) -> None:
@@ -46,7 +51,7 @@ class Table:
         self._show_target(controller)
         high = bool(tool) and controller.pins[tool].level
         drawing.flag("head", "down", high)
-        drawing.write("tool", f"{tool} {'high' if high else 'low'}" if tool else "")
+        drawing.write("tool", f"{title_of(tool, {})} {'on' if high else 'off'}" if tool else "")
         self._show_trail(trail)
         self._show_places(tool, trail.places.get(tool, {}))
 
@@ -63,11 +68,13 @@ class Table:
             self.drawing.place("aim-x", f"translate({self._x(x):.2f}px, 0)", smooth=False)
             self.drawing.place("aim-y", f"translate(0, {self._y(y):.2f}px)", smooth=False)
 
-    def _show_places(self, tool: str, places: dict[Point, None]) -> None:
-        now = tool, len(places), next(reversed(places), None)
+    def _show_places(self, tool: str, places: dict[Point, bool]) -> None:
+        now = tool, len(places), next(reversed(places), None), sum(places.values())
         if now != self._marked:
             self._marked = now
-            self.drawing.put("places", "d", "".join(f"M{self._x(x):.1f} {self._y(y):.1f}h0" for x, y in places))
+            at = {place: f"M{self._x(place[0]):.1f} {self._y(place[1]):.1f}" for place in places}
+            self.drawing.put("places", "d", "".join(f"{at[place]}h0" for place, new in places.items() if new))
+            self.drawing.put("earlier", "d", "".join(f"{at[place]}{RING}" for place, new in places.items() if not new))
 
     def _show_trail(self, trail: Trail) -> None:
         trail.update()
@@ -126,7 +133,8 @@ class Table:
         x, y = self.names
         return (
             f'<svg viewBox="0 0 {WIDTH:g} {floor + BELOW:.0f}" role="img" aria-label="{x}, {y} from above">'
-            f'{bed}{"".join(self._grid())}{rails}{trail}<path class="places" data-part="places"/>{aims}'
+            f"{bed}{''.join(self._grid())}{rails}{trail}"
+            f'<path class="earlier" data-part="earlier"/><path class="places" data-part="places"/>{aims}'
             f'<g class="moves" data-part="level"><path class="here" d="M{LEFT - 17} 0l-9 -5v10z"/>'
             f'<path class="hair" d="M{LEFT} 0h{self._wide:.1f}"/></g>'
             f'<g class="moves bridge" data-part="bridge">{bridge}</g><g class="moves head" data-part="head">{_HEAD}</g>'
@@ -137,12 +145,12 @@ class Table:
         floor, right = TOP + self._high + PAST, LEFT + self._wide + PAST
         for x, told in self._ticks(0, self._x):
             yield f'<path class="grid" d="M{x:.1f} {TOP - PAST}V{floor:.1f}"/>'
-            yield f'<text class="figures" x="{x:.1f}" y="{floor + 38:.1f}">{told}</text>'
+            yield f'<text class="figures" x="{x:.1f}" y="{floor + 44:.1f}">{told}</text>'
         for y, told in self._ticks(1, self._y):
             yield f'<path class="grid" d="M{LEFT - PAST} {y:.1f}H{right:.1f}"/>'
             yield f'<text class="figures end" x="{LEFT - 32}" y="{y + 4:.1f}">{told}</text>'
         of = "" if self._units[0] is None else self._units[0].of
-        yield f'<text class="figures start" x="{right + 20:.1f}" y="{floor + 38:.1f}">{escape(of)}</text>'
+        yield f'<text class="figures start" x="{right + 20:.1f}" y="{floor + 44:.1f}">{escape(of)}</text>'
         yield f'<text class="word start" x="{right + 14:.1f}" y="{floor + 11:.1f}">{self.names[0]}</text>'
         yield f'<text class="word end" x="{LEFT - 32}" y="10">{self.names[1]}</text>'
 

@@ -12,6 +12,7 @@ from axistwin.bench import Bench, Controller
 from axistwin.plant.axes import Axis
 from axistwin.plant.stepper import StepperAxis
 from axistwin.scenes.sessions.session import Session
+from axistwin.sim.manual_actions import ManualAct
 from axistwin.sim.pins import Pin
 from axistwin.ui.drawings.scale import travel
 
@@ -37,11 +38,16 @@ class Trail:
         self._seen_ns = 0
         self.points: deque[Point] = deque([(0, 0)], maxlen=POINTS)
         self.begun = 1  # Total number of points of the path, including deleted points.
-        self.places: dict[str, dict[Point, None]] = {}  # Points at which each output has become high, in order of time.
+        self.places: dict[str, dict[Point, bool]] = {}
+        """Points at which each output has become high, in order of time; False for those of earlier cycles.
+
+        A cycle begins at power-up, and when an output becomes high at an earlier point again.
+        """
         for name, pin in controller.pins.items():
             if pin.is_output:
                 self.places[name] = {}
                 pin.subscribe(partial(self._switched, name))
+        controller.manual_actions.subscribe(self._handled)
 
     @property
     def here(self) -> Point:
@@ -69,10 +75,20 @@ class Trail:
     def _switched(self, name: str, pin: Pin) -> None:
         places = self.places[name]
         if pin.level:
+            if places.get(self.here) and self.here != next(reversed(places)):
+                self._begin_cycle()
             places.pop(self.here, None)
-            places[self.here] = None
+            places[self.here] = True
             if len(places) > PLACES:
                 del places[next(iter(places))]
+
+    def _handled(self, act: str, *_values: object) -> None:
+        if act == ManualAct.POWER:
+            self._begin_cycle()
+
+    def _begin_cycle(self) -> None:
+        for places in self.places.values():
+            places.update(dict.fromkeys(places, False))
 
     def _moments(self, now_ns: int) -> list[int]:
         ends = sorted({now_ns, *(end for axis in self._axes for end in _ends(axis, self._seen_ns, now_ns))})
