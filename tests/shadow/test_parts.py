@@ -8,6 +8,7 @@ import threading
 import pytest
 
 from axistwin.core.units import MS, S
+from axistwin.real.hosts.virtual_time import VirtualEnd
 from axistwin.real.shadow.compumotor import BusTalk
 from axistwin.real.shadow.feed import Feed, Record, What, records
 from axistwin.real.shadow.findings import MOST, Findings, Kind
@@ -16,6 +17,7 @@ from axistwin.real.shadow.log import MOST_BYTES, Log
 from axistwin.real.shadow.moves import Timed
 from axistwin.real.shadow.pairing import Pairing
 from axistwin.real.shadow.talk import Command, Messages
+from axistwin.real.shadow.twin import Twin
 
 from ..command import refused, run
 
@@ -249,3 +251,13 @@ def test_a_log_that_cannot_be_drawn(tmp_path):
     wrong.write_text('{"type": "note"}\nX')
     assert "empty.jsonl contains no moves: they are written every hour" in refused("plot", empty)[1]
     assert "wrong.jsonl:2: expected a line of JSON" in refused("plot", wrong)[1]
+
+
+@pytest.mark.parametrize("attend", [Twin, lambda bench, name: VirtualEnd(bench, bench[name])])
+def test_who_listens_to_a_port_for_weeks_leaves_nothing_unread_in_it(bench, attend):
+    serial = bench.add("if1").serial
+    _listener = attend(bench, "if1")
+    bench.run(1.1)
+    serial.write(b"(")
+    bench.run(0.1)
+    assert serial.read() == b""

@@ -28,7 +28,7 @@ class Twin:
         if self._host is not None:
             self._host.subscribe_received(self._receive)
         else:
-            controller.serial.subscribe_received(lambda byte, _: self._receive(bytes((byte,))))
+            controller.serial.subscribe_received(lambda *_: self._receive(controller.serial.read()))
         self._trajectory = controller.registers.get("RBt")  # Of a servo: 1 while its trajectory is in progress.
 
     @property
