@@ -22,7 +22,6 @@ from axistwin.ui.panel.memory import Memory, release
 from axistwin.ui.panel.outbound import Outbound
 from axistwin.ui.panel.people import Person
 from axistwin.ui.panel.turns import TURN_S, breathe, in_turns
-from axistwin.ui.panel.views.beside import beside
 from axistwin.ui.panel.views.compared import compared, differences
 from axistwin.ui.panel.views.driving import driving
 from axistwin.ui.panel.views.machines import machines
@@ -30,6 +29,7 @@ from axistwin.ui.panel.views.operator import operator
 from axistwin.ui.panel.views.parts import folded
 from axistwin.ui.panel.views.scope import scope
 from axistwin.ui.panel.views.state import next_line
+from axistwin.ui.panel.views.tabs import beside
 
 FRAME_S = 0.05  # Shortest time between two frames of a page.
 PATIENCE_S = 30.0  # Longest time to wait until a browser has drawn a frame; the next frame is then sent.
