@@ -162,7 +162,8 @@ def _header(context: Context) -> Iterator[Refresh]:
 
 def _body(context: Context) -> Iterator[Refresh]:
     controllers = context.bench.controllers
-    with ui.element("div").classes("bench").props("id=bench tabindex=-1"):
+    looked_at = "" if context.comparison is None else "looked-at"
+    with ui.element("div").classes(f"bench {looked_at}").props("id=bench tabindex=-1"):
         with _card("machine", "machine"):
             yield next_line(context) if context.comparison is None else differences(context.comparison)
             if context.session.operator.items:
