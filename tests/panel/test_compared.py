@@ -1,5 +1,7 @@
 """The panel of a shadow: a machine beside its twin, what differs, and that nothing can be acted on."""
 
+from functools import partial
+
 import pytest
 
 from axistwin import Session
@@ -31,12 +33,12 @@ class Compared:
         self.past = False
 
 
-def shown(play):
+def shown(play, **options):
     """Show the whole page of a shadow to a visitor."""
 
     def run():
         compared, people = Compared(), People()
-        session = Session(bench_of("if1"), None)
+        session = Session(bench_of("if1", **options), None)
         context = Context(Common(session, compared), people, people["somebody"])
         show_to(context, lambda context: together(*build_views(context)), lambda visit: play(visit, compared))
 
@@ -73,6 +75,14 @@ def test_the_machine_is_a_pale_copy_beside_its_twin(visit, compared):
     compared.position = 100  # of 400 a turn
     visit.frame()
     assert picture.shown["pale", ".there"] and picture.shown["pale", "move"] == "rotate(90.0deg)"
+
+
+@partial(shown, X={"limits": [0, 1000]}, Y={"limits": [0, 1000]})
+def test_the_machines_head_is_a_pale_copy_on_an_x_y_table(visit, compared):
+    head = visit.found("table if1").drawing
+    compared.position = 1000
+    visit.frame()
+    assert head.shown["pale", ".there"] and head.shown["pale", "move"] != head.shown["head", "move"]
 
 
 @shown

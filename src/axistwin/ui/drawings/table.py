@@ -42,8 +42,14 @@ class Table:
         self._marked: tuple[str, int, Point | None, int] | None = None
         self.drawing = Drawing(f"table {controller.name}", "top-view", self._art())
 
-    def show(self, controller: Controller, trail: Trail, tool: str, *, smooth: bool) -> None:
+    def show(
+        self, controller: Controller, trail: Trail, tool: str, *, smooth: bool, beside: Point | None = None
+    ) -> None:  # fmt: skip
+        """Update the drawing; `beside`: the position of a second machine, whose head is drawn as a pale copy."""
         drawing = self.drawing
+        drawing.flag("pale", "there", beside is not None)
+        if beside is not None:
+            drawing.place("pale", f"translate({self._x(beside[0]):.2f}px, {self._y(beside[1]):.2f}px)", smooth=smooth)
         x, y = (controller.axes[name].position for name in self.names)
         drawing.place("bridge", f"translate({self._x(x):.2f}px, 0)", smooth=smooth)
         drawing.place("head", f"translate({self._x(x):.2f}px, {self._y(y):.2f}px)", smooth=smooth)
@@ -137,7 +143,8 @@ class Table:
             f'<path class="earlier" data-part="earlier"/><path class="places" data-part="places"/>{aims}'
             f'<g class="moves" data-part="level"><path class="here" d="M{LEFT - 17} 0l-9 -5v10z"/>'
             f'<path class="hair" d="M{LEFT} 0h{self._wide:.1f}"/></g>'
-            f'<g class="moves bridge" data-part="bridge">{bridge}</g><g class="moves head" data-part="head">{_HEAD}</g>'
+            f'<g class="moves bridge" data-part="bridge">{bridge}</g>'
+            f'<g class="moves head pale" data-part="pale">{_HEAD}</g><g class="moves head" data-part="head">{_HEAD}</g>'
             f'<text class="end" x="{right - 8:.1f}" y="{TOP + 18}" data-part="tool"></text></svg>'
         )
 

@@ -36,12 +36,21 @@ def table(context: Context, name: str, view: ui.element) -> Callable[[bool], Non
     def refresh(smooth: bool) -> None:
         controller, trail = context.bench[name], trails[name]
         tool = tool_of(context, controller)
-        flat.show(controller, trail, tool, smooth=smooth)
+        flat.show(controller, trail, tool, smooth=smooth, beside=_beside(context, controller, names))
         picture.send()
         if views.solid is not None:
             views.solid.show(controller, trail, tool)
 
     return refresh
+
+
+def _beside(context: Context, controller: Controller, names: tuple[str, str]) -> tuple[int, int] | None:
+    """Return where the real machine's head is; None if it is not known."""
+    if context.comparison is None:
+        return None
+    told = [context.comparison.beside(name) for name in names]
+    x, y = (controller.axes[name].position if place is None else place for name, place in zip(names, told, strict=True))
+    return None if told == [None, None] else (x, y)
 
 
 def tool_choice(context: Context, name: str) -> None:
