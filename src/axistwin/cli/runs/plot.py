@@ -20,8 +20,8 @@ from axistwin.records.traces.signals import EVERYTHING
 @click.option("--show", "on_screen", is_flag=True, help="Show the picture in a window.")
 @click.option("--signals", metavar="NAME,…",
               help="Signals to draw, * for any text: 'if1.X.*,if1.output?'; default: all.")  # fmt: skip
-@click.option("--from", "since", type=Number(), metavar="SECONDS", help="Begin of the drawn time.")
-@click.option("--to", "until", type=Number(), metavar="SECONDS",
+@click.option("--from", "since", type=Number(min=0), metavar="SECONDS", help="Begin of the drawn time.")
+@click.option("--to", "until", type=Number(min=0), metavar="SECONDS",
               help="End of the drawn time; default: all motion and level changes.")  # fmt: skip
 @click.option("--title", default=None, help="Title of the picture; the scene's title or the trace's name if left out.")
 def plot(

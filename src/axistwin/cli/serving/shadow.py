@@ -53,7 +53,7 @@ LATE_S = 0.005  # Delay of this process above which its times are not used.
 @click.option("--ask", is_flag=True,
               help="Also ask the controller for inputs, status and positions, while the line is silent.")  # fmt: skip
 @click.option("--line", metavar="FORMAT", help="Line format, e.g. '9600 8N2'; default: the model's usual format.")
-@click.option("--tolerance", type=Number(), metavar="MS",
+@click.option("--tolerance", type=Number(min=0), metavar="MS",
               help="Time that is never a finding; default: 15 ms, and what is usual for the machine.")  # fmt: skip
 @click.option("--log", "log_file", type=FILE, metavar="FILE",
               help="Findings and durations as JSON lines; what is learnt is kept beside it.")  # fmt: skip
