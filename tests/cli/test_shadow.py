@@ -155,6 +155,7 @@ def test_wrong_use(arguments, words):
 
 
 @pytest.mark.filterwarnings("ignore:set.* is deprecated:DeprecationWarning")  # pyserial's reader thread
+@pytest.mark.slow
 def test_a_host_at_rfc2217_hears_the_machine_byte_for_byte():
     with (
         machine(healthy()) as real,
