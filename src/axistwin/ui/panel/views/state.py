@@ -171,6 +171,6 @@ def _undo(context: Context) -> Refresh:
         left_s = ceil(context.session.undo_seconds)
         undo.set_visibility(bool(left_s))
         if left_s:
-            undo.text = f"Undo {context.session.undoes} ({left_s:\u2007>2} s)"
+            undo.text = f"Undo {context.session.undoes} ({left_s} s)"
 
     return refresh
