@@ -106,6 +106,41 @@ def test_the_shadow_joins_a_machine_that_moves():
     assert rig.differences() == []
 
 
+@pytest.mark.parametrize(("before", "worn", "percent"), [("@2000", "@1000", "(68."), ("@300", "@250", "(15.")])
+def test_a_speed_from_before_the_beginning_is_learnt(before, worn, percent):
+    rig = campaign.Rig("if1")
+    rig.machine.private(b"(", b"U61\r", f"{before}\r".encode(), seconds=1.3)
+
+    def work(times):
+        for number in range(times):
+            rig.say(b"X-1000$\r" if number % 2 else b"X1000$\r")
+            rig.run(0.1)
+            while rig.ask(b"E\r") != b"C\r":
+                rig.ask(b"N\r")
+                rig.run(0.1)
+            rig.ask(b"N\r")
+
+    work(34)
+    assert [finding.line() for finding in rig.differences()] == []
+    rig.machine.private(f"{worn}\r".encode(), seconds=1.3)
+    rig.shadow.tick(rig.now)
+    work(8)
+    assert {finding.kind for finding in rig.differences()} == {Kind.DURATION}
+    assert any(percent in finding.text for finding in rig.differences()), rig.differences()
+
+
+def test_a_host_that_never_asks_whether_the_motor_rests():
+    rig = campaign.Rig("if1", jitter_ns=0)
+    rig.machine.private(b"(", b"U61\r", b"@4000\r", seconds=1.3)
+    for number in range(24):
+        rig.say(b"X-1000$\r" if number % 2 else b"X1000$\r")
+        rig.run(0.5)
+        for request in (b"I\r", b"N\r"):
+            rig.ask(request, timeout=3)
+    rig.run(3)
+    assert [finding.line() for finding in rig.differences()] == []
+
+
 def test_a_lost_character_of_a_request_is_a_missing_answer():
     rig = ready()
     rig.to_machine = lambda data: data[1:]

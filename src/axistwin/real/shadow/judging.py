@@ -192,7 +192,18 @@ class Judge:
         move = self._moves.now
         return move is None or move.clear_ns is not None
 
-    def differing(self, machine: Answer, twin: Answer, *, rested: bool = False) -> bool:
+    @property
+    def unsettled(self) -> bool:
+        """True while the machine may have settings from before the twin's beginning, which no answer shows."""
+        return self._dialect.needs_joining and not self._moves.trusted
+
+    def hurry(self, now_ns: int) -> None:
+        """The machine's settings let it arrive earlier: end the twin's move."""
+        self._moves.hurried(now_ns, self._dialect.twin.left_ns)
+        self._dialect.twin.hurry()
+        self._twin_private = True
+
+    def differing(self, machine: Answer, twin: Answer, now_ns: int, *, rested: bool = False) -> bool:
         """Judge a difference; return True if the twin's time has gone on meanwhile, by a private request."""
         self._twin_private = False
         command = _command(machine)
@@ -205,23 +216,27 @@ class Judge:
         elif theirs.position is not None and ours.position is not None:
             self._position(command, machine, twin, theirs, ours, rested=rested)
         elif theirs.busy is not None and theirs.busy is not ours.busy:
-            self._busy(command, machine, busy=theirs.busy)
+            self._busy(command, machine, now_ns, busy=theirs.busy)
         return self._twin_private
 
     def _in_motion(self, machine: Answer) -> bool:
         at_ns = _asked_ns(machine)
         return self._moves.moved(at_ns - AROUND_NS, machine.time_ns + AROUND_NS) or self._moves.machine_busy()
 
-    def _busy(self, command: Command, machine: Answer, *, busy: bool) -> None:
+    def _busy(self, command: Command, machine: Answer, now_ns: int, *, busy: bool) -> None:
         """Busy or clear: usually a matter of when a move ends, which `moves` measures."""
         at_ns, twin = _asked_ns(machine), self._dialect.twin
         move = self._moves.now
-        meant = move is not None and move.began_ns < at_ns and self._started_ns < machine.time_ns
-        meant = meant and not self._dialect.machine_positions
+        meant = move is not None and move.began_ns < at_ns and not self._dialect.machine_positions
         if not busy and meant and twin.busy and twin.left_ns > AROUND_NS:
-            self._stop(command, machine)
+            if self.unsettled and twin.ends:
+                self.hurry(now_ns)
+            elif self._started_ns < machine.time_ns:
+                self._stop(command, machine)
         if not busy or self._moves.now is not None or self._moves.moved(at_ns - 2 * S, at_ns + AROUND_NS):
             return
+        if at_ns < self._moves.cleared_ns:
+            return  # The end of a move that took longer than the twin's.
         if self._dialect.machine_positions or (not self._moves.trusted and command.name not in self._known):
             self._note(command.name + " busy", f"{command.text}: the machine moves, the twin rests", machine.time_ns)
         else:
@@ -333,10 +348,14 @@ class Judge:
             rested = True
         off = min(abs(by), abs(by - self._offsets.get(name, 0)))
         before, self._positions[name] = self._positions.get(name), theirs.position
+        if self.unsettled and (self._moves.says_busy or _asked_ns(machine) < self._moves.cleared_ns):
+            if self._moves.now is None:
+                self._known.discard(name)  # A motion from before the twin's beginning ends at a place of its own.
+            return
         if not rested and self._in_motion(machine):
             speed = max(twin.speed, self._dialect.twin.speed)
             lost = off > theirs.moving_grain + theirs.grain + max(speed, 1.0) * LOST_S and speed > 0
-            if not lost or self._excused or self._dialect.machine_positions:
+            if not lost or self.unsettled or self._excused or self._dialect.machine_positions:
                 return
         elif off <= theirs.grain:
             if abs(by) > theirs.grain and self._begun and self._offsets.get(name) == by:

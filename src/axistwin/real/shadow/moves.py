@@ -57,6 +57,8 @@ class Moves:
         self.now: Move | None = None
         self.command: Command | None = None  # The last command that may begin a motion.
         self.edges: deque[tuple[int, bool]] = deque([(0, False)], maxlen=64)  # Changes of the twin's state.
+        self.cleared_ns = 0  # When the machine said that it had ended the last finished move.
+        self.says_busy = False  # The machine's last word about its motion.
         self.trusted = True  # False while settings from before the twin's beginning may differ.
 
     def start(self, command: Command) -> None:
@@ -89,7 +91,7 @@ class Moves:
 
     def machine(self, time_ns: int, busy: bool) -> None:
         """Note the machine's own words about its motion, at the time of the request."""
-        move = self.now
+        move, self.says_busy = self.now, busy
         if move is None or time_ns < move.began_ns:
             return
         if busy:
@@ -98,6 +100,12 @@ class Moves:
             move.clear_ns = time_ns
         if move.ended_ns is not None and move.clear_ns is not None and time_ns - move.ended_ns > SAME_NS:
             self._finish()
+
+    def hurried(self, now_ns: int, left_ns: int) -> None:
+        """The twin's motion was cut short by `left_ns`, as the machine's settings are not known."""
+        if self.now is not None:
+            self.now.ended_ns = now_ns + left_ns
+        self.edges.append((now_ns, False))
 
     def excuse(self) -> None:
         """A person or a switch has ended this move: its duration says nothing."""
@@ -131,8 +139,11 @@ class Moves:
         if move.clear_ns is not None:
             self._finish()
         elif move.last_busy_ns is not None and not (move.excused or move.told):
-            over_ns = move.last_busy_ns - move.ended_ns
-            if over_ns > OVERDUE_NS + (move.ended_ns - move.began_ns) // 5:
+            over_ns, duration_ns = move.last_busy_ns - move.ended_ns, move.ended_ns - move.began_ns
+            usual = self._learned.usual(f"move {_kind(move.command, duration_ns)}", LEARNS)
+            if not self.trusted and not usual.learnt:
+                return
+            if over_ns - max(usual.median, 0) > OVERDUE_NS + duration_ns // 5:
                 move.told = True
                 self._differs(
                     f"{move.command.text} still moves {over_ns / S:.1f} s after the twin", move.command, now_ns
@@ -142,10 +153,10 @@ class Moves:
         move, self.now = self.now, None
         if move is None or move.ended_ns is None or move.clear_ns is None or move.excused or move.told:
             return
-        duration_ns = move.ended_ns - move.began_ns
+        duration_ns, self.cleared_ns = move.ended_ns - move.began_ns, move.clear_ns
         busy_ns = move.began_ns if move.last_busy_ns is None else move.last_busy_ns
         timed = Timed(
-            f"{move.command.text} {_rounded(duration_ns)}", move.command, move.began_ns, duration_ns,
+            _kind(move.command, duration_ns), move.command, move.began_ns, duration_ns,
             busy_ns - move.ended_ns, move.clear_ns - move.ended_ns,
         )  # fmt: skip
         if timed.high_ns - timed.low_ns > max(WIDEST_NS, duration_ns // 2) or duration_ns < SHORTEST_NS:
@@ -161,7 +172,8 @@ class Moves:
         beyond_ns = usual.beyond(low, high)
         if usual.add(timed.began_ns, low, high, tolerance):
             by_ns = usual.drift if abs(usual.drift) > abs(beyond_ns) else beyond_ns
-            self._differs(_words(timed, by_ns, "than usual"), timed.command, timed.began_ns + timed.duration_ns)
+            words = _words(timed, by_ns, "than usual", usual.median)
+            self._differs(words, timed.command, timed.began_ns + timed.duration_ns)
         if usual.count > REFINES:
             self._pool(timed, usual)
 
@@ -189,10 +201,11 @@ class Moves:
             self._differs(_words(timed, by_ns, "than the twin"), timed.command, timed.began_ns + timed.duration_ns)
 
 
-def _words(timed: Timed, by_ns: float, than: str) -> str:
-    longer, percent = "longer" if by_ns > 0 else "shorter", 100 * abs(by_ns) / timed.duration_ns
+def _words(timed: Timed, by_ns: float, than: str, usual_ns: float = 0.0) -> str:
+    """`usual_ns`: by how much the move usually takes longer than the twin's."""
+    longer, percent = "longer" if by_ns > 0 else "shorter", 100 * abs(by_ns) / max(timed.duration_ns + usual_ns, MS)
     return f"{timed.command.text} takes {abs(by_ns) / MS:.0f} ms ({percent:.1f} %) {longer} {than}"
 
 
-def _rounded(duration_ns: int) -> str:
-    return f"{float(f'{duration_ns / S:.2g}'):g} s"
+def _kind(command: Command, duration_ns: int) -> str:
+    return f"{command.text} {float(f'{duration_ns / S:.2g}'):g} s"

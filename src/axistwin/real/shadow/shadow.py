@@ -12,7 +12,7 @@ from typing import NamedTuple
 from axistwin.core.units import MS, S
 from axistwin.real.shadow.dialects import dialect_for
 from axistwin.real.shadow.findings import Finding, Findings, Kind
-from axistwin.real.shadow.judging import Judge
+from axistwin.real.shadow.judging import HELD_NS, Judge
 from axistwin.real.shadow.learning import Learned
 from axistwin.real.shadow.moves import Moves, Timed
 from axistwin.real.shadow.pairing import Pairing
@@ -141,8 +141,17 @@ class Shadow:
         self._pairing.pair(now_ns)
         for doubt in [doubt for doubt in self._doubts if doubt.due_ns <= now_ns]:
             self._doubts.remove(doubt)
-            self._steadied(self.judge.differing(doubt.machine, doubt.twin, rested=doubt.rested), now_ns)
+            self._steadied(self.judge.differing(doubt.machine, doubt.twin, now_ns, rested=doubt.rested), now_ns)
+        self._hurry(now_ns)
         self.judge.tick(now_ns)
+
+    def _hurry(self, now_ns: int) -> None:
+        """The machine has answered what an unsettled twin still holds back behind its moves."""
+        waiting, owed = self._pairing.machine.waiting, self._pairing.twin.owed
+        behind = bool(waiting) and waiting[0].asked in owed and now_ns - waiting[0].time_ns > HELD_NS
+        if behind and self.judge.unsettled and self.twin.ends:
+            self.judge.hurry(now_ns)
+            self._rebase(now_ns)
 
     # Answers
 

@@ -116,6 +116,15 @@ class Twin:
         return max(known, default=None)
 
     @property
+    def ends(self) -> bool:
+        """True during a move of a stepper whose end is known."""
+        return (self.motion_ended_ns or 0) > self.now
+
+    def hurry(self) -> None:
+        """Go on to the end of the present move."""
+        self.run_to(max(self.now + STEP_NS, self.motion_ended_ns or 0))
+
+    @property
     def left_ns(self) -> int:
         """The time for which the present motion still lasts; 0 if the axes do not report it."""
         ends = [axis.train.move.end_ns for axis in self._axes if isinstance(axis, StepperAxis) and axis.moving]
