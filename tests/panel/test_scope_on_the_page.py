@@ -390,6 +390,22 @@ def test_a_signal_has_one_name_in_lanes_lists_and_measurements(visit):
     assert visit.found("scope-box-if1.input2").text == "Input 2 from output 1"
 
 
+@shown(scope, build=with_unit)
+def test_a_level_has_the_word_of_its_switch(visit):
+    screen = screen_of(visit)
+    screen.show(["if1.estop", "if1.input1", "if1.input2"])
+    pins, words = visit.bench["if1"].pins, []
+    for on in (False, True):
+        pins["estop"].drive(not on)
+        pins["input1"].drive(on)
+        pins["input2"].drive(on)
+        visit.run(1.0)
+        words.append([(lane["title"], lane["now"]) for lane in frame(screen)["signals"]])
+    assert words == [
+        [("Emergency stop", "released"), ("Input 1", "off"), ("Input 2", "off")],
+        [("Emergency stop", "pressed"), ("Input 1", "pressed"), ("Input 2", "on")]]  # fmt: skip
+
+
 @shown(scope, "if1")
 def test_a_click_that_snaps_says_to_what(visit):
     screen = screen_of(visit)

@@ -85,6 +85,9 @@ def test_the_tool_is_down_while_its_output_is_high_and_leaves_a_mark(visit):
     output.set(False)
     go(visit, X=100)
     assert not top(visit)["head", ".down"] and top(visit)["places", "d"].count("M") == 1
+    visit.bench["if2"].power(False)
+    go(visit, Y=100)
+    assert (top(visit)["places", "d"], top(visit)["earlier", "d"].count("M")) == ("", 1)
 
 
 @shown(at, build=TABLE)

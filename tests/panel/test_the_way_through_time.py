@@ -150,6 +150,7 @@ async def test_the_next_line_offers_what_to_do_and_does_it(visit):
     visit.frame()
     assert text(visit, "state") == "Stopped: emergency stop pressed (paused)"
     assert offered(visit)[0] == "Release estop" and "unelevated" in visit.found("act-0").props
+    assert "unelevated" not in visit.found("run").props
     visit.press("act-0")
     await visit.until(lambda: visit.bench["if1"].pins["estop"].level)
 
