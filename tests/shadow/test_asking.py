@@ -15,7 +15,10 @@ from axistwin.real.shadow.asking import QUESTIONS, Asker, questions_of
 from axistwin.real.shadow.board_asking import BoardAsker
 from axistwin.real.shadow.bus_relay import BusRelay
 
+from ..devices.conftest import names  # noqa: F401  # a fixture
 from .campaign import campaign
+
+pytestmark = pytest.mark.usefixtures("names")
 
 
 class Asked(campaign.Rig):

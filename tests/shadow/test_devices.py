@@ -8,7 +8,10 @@ from axistwin.real.shadow.devices import Table
 from axistwin.real.shadow.dialects import Reading
 from axistwin.real.shadow.twin import Twin
 
+from ..devices.conftest import names  # noqa: F401  # a fixture
 from .campaign import campaign
+
+pytestmark = pytest.mark.usefixtures("names")
 
 
 def table(model):

@@ -5,7 +5,10 @@ import pytest
 from axistwin.core.units import MS
 from axistwin.real.shadow.findings import Kind
 
+from ..devices.conftest import names  # noqa: F401  # a fixture
 from .campaign import campaign
+
+pytestmark = pytest.mark.usefixtures("names")
 
 SOME = (
     "if1 limit 50 pulses early", "if1 answers 40 ms late", "if1 a lost character", "1811 a stuck output bit",
