@@ -171,6 +171,23 @@ def test_a_machine_that_is_off_is_no_finding():
     assert [note.subject for note in rig.found] == ["silent", "back"]
 
 
+def test_what_is_sent_while_the_port_is_away_is_no_finding():
+    rig = ready()
+    rig.to_machine = lambda data: b""
+    rig.say(b"E\r")
+    rig.run(0.2)
+    rig.shadow.port(rig.now, away=True)
+    for request in (b"I\r", b"X100$\r", b"E\r"):
+        assert rig.ask(request) == b""
+    rig.shadow.port(rig.now, away=False)
+    rig.to_machine = lambda data: data
+    rig.ask(b"N\r")
+    assert rig.ask(b"E\r") == b"C\r"
+    rig.run(3)
+    assert rig.differences() == []
+    assert [note.text for note in rig.found] == [f"the port of the machine is {words}" for words in ("away", "back")]
+
+
 def test_times_of_a_late_relay_are_not_judged():
     rig = ready()
     for _ in range(20):

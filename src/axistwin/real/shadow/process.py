@@ -61,8 +61,7 @@ class Observer:
             case What.FORMAT:
                 self.shadow.twin.set_line(record.data.decode())
             case What.AWAY | What.BACK:
-                words = "away" if record.what is What.AWAY else "back"
-                self.shadow.note(f"port {words}", f"the port of the machine is {words}", time_ns)
+                self.shadow.port(time_ns, away=record.what is What.AWAY)
             case What.MISSED:
                 words = f"the twin was behind: {record.data.decode()} characters were not compared"
                 self.shadow.rejoin(time_ns, words)

@@ -64,7 +64,7 @@ class Shadow:
         self.following = not self.dialect.needs_joining
         self.moves.trusted = False
         self.silent_since_ns: int | None = None
-        self._absent = False
+        self._absent = self._away = False
         self._joined_by_echo = False  # True until the answer behind the echo has come, which is not compared either.
         self._asked_ns: int | None = None  # The time of the last request to a silent machine.
         self.pairs = self.lost = 0
@@ -75,6 +75,8 @@ class Shadow:
     def host(self, time_ns: int, data: bytes) -> None:
         """The host has sent data to the machine."""
         self.tick(time_ns)
+        if self._away:
+            return
         if self._absent:
             self._absent = False
             self._join(time_ns, b"", b"")
@@ -83,6 +85,15 @@ class Shadow:
         self._host.append((time_ns, data[:MOST_HOST]))
         if self.following:
             self._follow(time_ns, data)
+
+    def port(self, time_ns: int, *, away: bool) -> None:
+        """The port of the machine is away, or back: between them nothing reaches the machine."""
+        self.tick(time_ns)
+        self._away = away
+        self._pairing.clear()
+        self._missed.clear()
+        words = "away" if away else "back"
+        self.note(f"port {words}", f"the port of the machine is {words}", time_ns)
 
     def absent(self, time_ns: int) -> None:
         """Nobody answers at the machine's place on its bus: it is off, until the host sends something to it."""
