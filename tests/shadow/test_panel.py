@@ -16,7 +16,7 @@ SAID = [
     (What.HOST, 3000, b">1<4^20@400 X400$\r"), (What.HOST, 6900, b"E\r"), (What.MACHINE, 6905, b"C\r"),
     (What.HOST, 7000, b"N\r"), (What.MACHINE, 7005, b"300\r"),
     (What.HOST, 9000, b"X-400$\r"), (What.HOST, 13000, b"N\r"), (What.MACHINE, 13005, b"400\r"),
-    (What.HOST, 13100, b"E\r"), (What.MACHINE, 13105, b"B\r"),
+    (What.HOST, 73100, b"E\r"), (What.MACHINE, 73105, b"B\r"),
 ]  # fmt: skip
 """An IF1 that makes 100 steps too few in its first move, and says B instead of C."""
 
@@ -39,7 +39,10 @@ def test_it_waits_agrees_and_differs():
     assert compared().state == "waits for the first answer"
     assert compared(*SAID[:5]).state.startswith("agrees since ")
     whole = compared(*SAID)
-    assert whole.differs and "differs since" in whole.state and "E answers B" in whole.state
+    told = next(found for found in whole.found if "E answers B" in found.text)
+    assert whole.differs and whole.state == f"differs since {told.at[:5]}: {told.text}"
+    silent = compared(*SAID[:5], *((What.HOST, 50_000 + 3000 * number, b"E\r") for number in range(4)))
+    assert silent.state == f"the machine is silent since {silent.found[0].at[:5]}"
 
 
 def test_the_machine_stands_where_its_answers_say():

@@ -138,11 +138,15 @@ class Compared:
     def state(self) -> str:
         if self._goal is not None:
             return self._goal.text if self._reached else f"going back to {_clock(self._goal.time_ns)}, at {self.clock}"
-        latest = self.live.observer.shadow.findings.differences[-1:]
+        shadow = self.live.observer.shadow
+        if shadow.silent_since_ns is not None:
+            return f"the machine is silent since {_clock(shadow.silent_since_ns)[:5]}"
+        latest = shadow.findings.differences[-1:]
         words = {"agrees": "agrees", "differs": "differs"}.get(self._state)
         if words is None:
             return self._state
-        return "".join((f"{words} since {_clock(self._since_ns)[:5]}", *(f": {found.text}" for found in latest)))
+        since_ns = latest[0].time_ns if latest else self._since_ns
+        return "".join((f"{words} since {_clock(since_ns)[:5]}", *(f": {found.text}" for found in latest)))
 
     @property
     def differs(self) -> bool:
