@@ -37,7 +37,7 @@ log = logging.getLogger("axistwin")
 
 USUAL = UartFormat(9600, 8, "N", 2)
 PANEL = "axistwin.cli.serving.shadow_panel"
-CHECK_S, BEAT_S, ASKS_S = 1.0, 0.02, 0.01
+CHECK_S, BEAT_S, ASKS_S, QUIET_S = 1.0, 0.02, 0.01, 10.0
 LATE_S = 0.005  # Delay of this process above which its times are not used.
 
 
@@ -104,7 +104,7 @@ def _checked(
     """Return the model and the line format, which is None for a board on a bus."""
     if (real is None) == (listen is None):
         raise UsageError(
-            "expected either REAL or --listen HOST_SIDE CONTROLLER_SIDE, e.g. axistwin shadow /dev/ttyUSB0"
+            "expected either REAL or --listen HOST_SIDE CONTROLLER_SIDE, e.g. axistwin shadow /dev/ttyUSB0 --model if1"
         )
     if (model is None) == (scene is None):
         raise UsageError("expected either --model or --scene, e.g. --model if1")
@@ -196,10 +196,13 @@ async def _relay(
     stack.callback(server.close)
 
     async def begin(supervisor: Supervisor) -> None:
-        loop, waiting = asyncio.get_running_loop(), set[asyncio.Task[None]]()
+        loop, waiting, quiet_until_s = asyncio.get_running_loop(), set[asyncio.Task[None]](), 0.0
 
         def lost(error: LinkError) -> None:
-            log.warning("%s: it is opened again as soon as it is there", error)
+            nonlocal quiet_until_s
+            if loop.time() > quiet_until_s:  # A port in use elsewhere closes each new connection.
+                log.warning("%s; it is opened again as soon as it is there", error)
+            quiet_until_s = loop.time() + QUIET_S
             supervisor.add(What.AWAY)
             task = loop.create_task(_reopen(relay, supervisor))
             waiting.add(task)

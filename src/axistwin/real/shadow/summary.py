@@ -38,7 +38,8 @@ def state(shadow: Shadow) -> str:
 
 def lines(shadow: Shadow, since_ns: int, now_ns: int) -> Iterator[str]:
     different = shadow.findings.differences
-    yield f"{stamp(since_ns)} to {stamp(now_ns)}: {shadow.pairs} answers, {len(different) or 'no'} findings"
+    count = len(different)
+    yield f"{stamp(since_ns)} to {stamp(now_ns)}: {shadow.pairs} answers, {count or 'no'} finding{'s' * (count != 1)}"
     for found in different:
         times = "once" if found.count == 1 else f"{found.count} times, last at {stamp(found.last_ns)}"
         yield f"  {found.line()}: {times}"
