@@ -187,12 +187,13 @@ def timed(at_s, kind="X100$ 1 s", later_ms=4):
 
 def test_the_log_has_one_line_an_hour_for_each_kind_of_move(tmp_path):
     log = Log(tmp_path / "table.jsonl", pytest.fail)
+    log.learned().usual("move X100$ 1 s", 1).add(0, 7 * MS, 7 * MS, 1)
     for minute in range(130):
         log.timed(timed(60 * minute, later_ms=minute))
     log.write_hour()
     lines = [json.loads(line) for line in (tmp_path / "table.jsonl").read_text().splitlines()]
     assert [(line["count"], line["later_ms"]) for line in lines] == [(60, 29.5), (60, 89.5), (10, 124.5)]
-    assert lines[0]["duration_s"] == 1.0295
+    assert (lines[0]["duration_s"], lines[0]["usual_ms"]) == (1.0295, 7)
 
 
 def test_each_day_is_a_parquet_file(tmp_path):
@@ -238,11 +239,12 @@ def test_the_log_is_drawn(tmp_path):
     pytest.importorskip("matplotlib")
     log = Log(tmp_path / "table.jsonl", pytest.fail)
     for hour in range(4):
-        log.timed(timed(3600 * hour))
+        log.timed(timed(3600 * hour, later_ms=2 * hour))
     log.write_hour()
-    log.add("finding", time="1970-01-01T02:00:00.000Z", text="")
+    log.add("finding", time="1970-01-01T02:00:00.000Z", text="E is late")
     assert run("plot", tmp_path / "table.jsonl", "-o", tmp_path / "day.svg").code == 0
-    assert "later than the twin" in (tmp_path / "day.svg").read_text()
+    picture = (tmp_path / "day.svg").read_text()
+    assert all(words in picture for words in ("X100$ 1 s: +6 ms (+0.6 %)", "1 finding", "E is late"))
 
 
 def test_a_log_that_cannot_be_drawn(tmp_path):

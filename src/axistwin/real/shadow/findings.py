@@ -6,8 +6,9 @@ from datetime import UTC, datetime
 from enum import StrEnum
 from typing import Any
 
-from axistwin.core.units import S
+from axistwin.core.units import MS, S
 
+TOLERANCE_NS = 15 * MS  # Time that is never a finding, unless another one is set.
 MOST = 500  # Findings that are remembered one by one; further ones are only counted.
 
 

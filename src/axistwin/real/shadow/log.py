@@ -36,6 +36,7 @@ class Log:
         self._hour, self._day, self._learnt_ns = -1, -1, 0
         self._moves: dict[str, list[Timed]] = {}
         self._rows: list[Timed] = []
+        self._learned: Learned | None = None
 
     @property
     def _learned_path(self) -> Path:
@@ -44,6 +45,10 @@ class Log:
 
     def learned(self) -> Learned:
         """Return what was learnt before, also by a program that was killed; nothing if there is none."""
+        self._learned = self._stored()
+        return self._learned
+
+    def _stored(self) -> Learned:
         if self.path is None:
             return Learned()
         try:
@@ -95,6 +100,9 @@ class Log:
                 "most_ms": later[-1],
                 "duration_s": median(durations),
             }
+            usual = None if self._learned is None else self._learned.moves().get(kind)
+            if usual is not None and usual.learnt:
+                figures["usual_ms"] = usual.median / MS
             rounded = {name: round(value, 4) for name, value in figures.items()}
             self.add("moves", time=stamp(moves[-1].began_ns), kind=kind, count=len(moves), **rounded)
         self._moves.clear()

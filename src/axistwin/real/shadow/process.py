@@ -14,9 +14,9 @@ from typing import IO, Any
 
 from axistwin.core.units import MS, S
 from axistwin.real.shadow.feed import Record, What, records
-from axistwin.real.shadow.findings import Finding, Kind
+from axistwin.real.shadow.findings import TOLERANCE_NS, Finding, Kind
 from axistwin.real.shadow.log import Log
-from axistwin.real.shadow.shadow import TOLERANCE_NS, Shadow
+from axistwin.real.shadow.shadow import Shadow
 from axistwin.real.shadow.summary import as_dict, lines
 from axistwin.real.shadow.twin import Twin, endpoint
 

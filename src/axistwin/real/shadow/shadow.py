@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 from axistwin.core.units import MS, S
 from axistwin.real.shadow.dialects import dialect_for
-from axistwin.real.shadow.findings import Finding, Findings, Kind
+from axistwin.real.shadow.findings import TOLERANCE_NS, Finding, Findings, Kind
 from axistwin.real.shadow.judging import HELD_NS, Judge
 from axistwin.real.shadow.learning import Learned
 from axistwin.real.shadow.moves import Moves, Timed
@@ -19,7 +19,6 @@ from axistwin.real.shadow.pairing import Pairing
 from axistwin.real.shadow.talk import Answer, Command, Messages
 from axistwin.real.shadow.twin import STEP_NS, Twin
 
-TOLERANCE_NS = 15 * MS
 AWAKE_NS = 200 * MS  # Time after a request during which the twin is watched step by step.
 SILENT_AFTER = 3  # Missing answers after which the machine counts as switched off.
 BLIND_NS = 50 * MS
