@@ -51,6 +51,20 @@ def ready(**settings):
     return rig
 
 
+def test_echoed_characters_that_come_slowly_are_one_message():
+    rig = campaign.Rig("if1")
+    rig.ask(b"(")
+    rig.say(b"U62\r")
+    rig.run(1.3)
+    for gap_ms in range(50, 70):  # 60 ms of silence end an answer.
+        rig.say(b"E")
+        rig.run(gap_ms / 1000)
+        rig.say(b"\r")
+        rig.run(0.2)
+    rig.run(3)
+    assert [finding.line() for finding in rig.differences()] == [] and rig.shadow.pairs >= 40
+
+
 def test_one_surprise_is_one_finding():
     rig = ready()
     rig.to_host = lambda data: data.replace(b"C", b"B")

@@ -16,7 +16,7 @@ from axistwin.real.shadow.judging import HELD_NS, Judge
 from axistwin.real.shadow.learning import Learned
 from axistwin.real.shadow.moves import Moves, Timed
 from axistwin.real.shadow.pairing import Pairing
-from axistwin.real.shadow.talk import Answer, Command, Messages
+from axistwin.real.shadow.talk import QUIET_NS, TYPING_NS, Answer, Command, Messages
 from axistwin.real.shadow.twin import STEP_NS, Twin
 
 AWAKE_NS = 200 * MS  # Time after a request during which the twin is watched step by step.
@@ -115,6 +115,7 @@ class Shadow:
             self.judge.heard(time_ns, command)
             if command.starts:
                 self.moves.start(command)
+        self._machine.quiet_ns = self._ours.quiet_ns = TYPING_NS if self.dialect.echo else QUIET_NS
         self.twin.write(data)
         self._awake_ns = time_ns + AWAKE_NS
 

@@ -6,6 +6,7 @@ from typing import NamedTuple
 from axistwin.core.units import MS
 
 QUIET_NS = 60 * MS  # Silence after which an answer without a terminator is complete.
+TYPING_NS = 1000 * MS  # The same while each character of a host, or of a person who types, is echoed.
 CR, LF = 0x0D, 0x0A
 
 
@@ -57,6 +58,7 @@ class Messages:
     def __init__(self, add: Callable[[int, bytes], object], size: int = 0, ends: bytes = b"\r\n") -> None:
         self._add, self._size, self._ends = add, size, ends
         self._data, self._last_ns, self._after_cr = bytearray(), 0, False
+        self.quiet_ns = QUIET_NS
 
     def receive(self, time_ns: int, data: bytes) -> None:
         self.catch_up(time_ns)
@@ -71,7 +73,7 @@ class Messages:
 
     def catch_up(self, now_ns: int) -> None:
         """Complete a message whose end shows by silence only."""
-        if self._data and now_ns - self._last_ns > QUIET_NS:
+        if self._data and now_ns - self._last_ns > self.quiet_ns:
             self._flush()
 
     def clear(self) -> None:
