@@ -7,15 +7,18 @@ import threading
 
 import pytest
 
+from axistwin.bench import Bench
 from axistwin.core.units import MS, S
 from axistwin.real.hosts.virtual_time import VirtualEnd
 from axistwin.real.shadow.compumotor import BusTalk
+from axistwin.real.shadow.dialects import Reading
 from axistwin.real.shadow.feed import Feed, Record, What, records
 from axistwin.real.shadow.findings import MOST, Findings, Kind
 from axistwin.real.shadow.learning import MOST_KINDS, Learned, Usual
 from axistwin.real.shadow.log import MOST_BYTES, Log
 from axistwin.real.shadow.moves import Timed
 from axistwin.real.shadow.pairing import Pairing
+from axistwin.real.shadow.smartmotor import SmartMotor
 from axistwin.real.shadow.talk import Command, Messages
 from axistwin.real.shadow.twin import Twin
 
@@ -121,6 +124,14 @@ def test_findings_are_bounded():
     for number in range(MOST + 3):
         findings.add(Kind.ANSWER, str(number), "", 0)
     assert len(told) == MOST and findings.further == 3
+
+
+def test_position_and_status_word_come_in_one_answer_of_a_motor():
+    bench = Bench()
+    bench.add("smartmotor")
+    dialect = SmartMotor(Twin(bench, "smartmotor"))
+    (command,) = dialect.commands(b"RPW ")
+    assert dialect.read(command, b"21,1\r") == Reading(0, busy=True, position=21, grain=8, moving_grain=8)
 
 
 def bus(*said):

@@ -54,20 +54,29 @@ class SmartMotor(Dialect):
         return False  # An echo comes without a terminator, and is compared in order with the rest.
 
     def read(self, command: Command | None, data: bytes) -> Reading:
-        name, value = "" if command is None else command.name, number(data)
+        name = "" if command is None else command.name
+        if name == "RPW" and (both := _both(data)):
+            return self._word(both[1])._replace(position=both[0], grain=POSITION_GRAIN, moving_grain=POSITION_GRAIN)
+        value = number(data)
         if value is None or not name:
             return Reading(data)
         if name == "RBt":
             return Reading(busy=bool(value))
         if name in ("RW", "RS"):
-            return Reading(value & ~REAL_TIME, busy=bool(value & MOVING))
+            return self._word(value)
         if name == "RP":
             return Reading(position=value, grain=POSITION_GRAIN, moving_grain=POSITION_GRAIN)
         if name in OWN or name in FREE:
             return Reading()
         return Reading(value, soft=name.startswith(("RU", "RBp", "RBm", "RMODE")))
 
+    @staticmethod
+    def _word(value: int) -> Reading:
+        return Reading(value & ~REAL_TIME, busy=bool(value & MOVING))
+
     def take(self, command: Command, machine: bytes, twin: bytes) -> list[Taken]:
+        if command.name == "RPW" and (both := _both(machine)) and (mine := _both(twin)):
+            return list(self._status(both[1], both[1] ^ mine[1]))
         theirs, ours = number(machine), number(twin)
         if theirs is None or ours is None:
             return []
@@ -98,10 +107,16 @@ class SmartMotor(Dialect):
                 yield Taken(f"the machine says {side} limit {'open' if on else 'closed'}", f"limit {pin}", stops=on)
 
     def set_position(self, command: Command, position: int) -> bool:
-        if command.name != "RP" or self.twin.busy or not self.twin.idle:
+        if command.name not in ("RP", "RPW") or self.twin.busy or not self.twin.idle:
             return False
         self.twin.private(b"O=%d\r" % position)
         return True
+
+
+def _both(data: bytes) -> tuple[int, int] | None:
+    """Return the position and the status word in an answer to RPW; None if these are not in it."""
+    position, word = map(number, data.split(b",")) if data.count(b",") == 1 else (None, None)
+    return None if position is None or word is None else (position, word)
 
 
 @lru_cache(maxsize=1000)
