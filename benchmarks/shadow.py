@@ -1,11 +1,12 @@
 """Prove that `axistwin shadow` finds wear, and finds nothing where there is none.
 
-    python benchmarks/shadow.py [plants|quiet|long] [--hours 24] [--days 30] [--seed 1] [--only N]
+    python benchmarks/shadow.py [plants|quiet|long|ports|hosts] [--hours 24] [--days 30] [--seed 1] [--only N]
 
 A second bench is the real machine.  `plants`: forty signs of wear, each of which must be found within three
 occurrences, after the shadow has learnt the healthy machine.  `quiet`: ordinary work with a jitter of 3 ms, and acts of
-people, without a finding.  `long`: the memory of a shadow over many days, at 100 requests a minute.  All in virtual
-time.  The exit code is 1 if a goal is missed.
+people, without a finding.  `long`: the memory of a shadow over many days, at 100 requests a minute.  `ports` and
+`hosts`: see `shadow_ports.py` and `shadow_hosts.py`.  All but `hosts` is in virtual time.  The exit code is 1 if a goal
+is missed.
 """
 
 import argparse
@@ -139,6 +140,11 @@ class Rig:
         self._run_until(self.bench.now + round(timeout * S), whole)
         return bytes(self.received)
 
+    def describe_limit(self, axis: str, direction: int, position: int) -> None:
+        """Place a limit switch that the twin's scene has, too."""
+        for stage in (self.machine, self.shadow.twin):
+            stage.set_limit(axis, direction, position)
+
     def differences(self) -> list[Finding]:
         return [found for found in self.found if found.kind is not Kind.NOTE]
 
@@ -260,8 +266,7 @@ class StageWork(Work):
     """An ESP300-like stage moves to and fro, and against its limit, which its twin knows; its host polls MD."""
 
     def begin(self) -> None:
-        for stage in (self.rig.machine, self.rig.shadow.twin):
-            stage.set_limit("1", -1, -20_000)
+        self.rig.describe_limit("1", -1, -20_000)
         self.rig.say(b"1MO;1VA10;1AC10;1AG10\r")
         self.rig.run(0.1)
 
@@ -447,13 +452,13 @@ PLANTS = (
 
 
 def tried(
-    plant: Plant, seed: int = 1, learning: int = LEARNING, occurrences: int = 3
+    plant: Plant, seed: int = 1, learning: int = LEARNING, occurrences: int = 3, make: Callable[..., Rig] = Rig
 ) -> tuple[list[Finding], list[Finding]]:
     """Return what was found before the plant, and within three occurrences of it."""
     options = getattr(WORK[plant.model], "OPTIONS", {})
     if plant.options:
         options = {axis: {**given, **plant.options} for axis, given in options.items()}
-    rig = Rig(plant.model, bench_of(plant.model, **options), bench_of(plant.model, **options), seed=seed)
+    rig = make(plant.model, bench_of(plant.model, **options), bench_of(plant.model, **options), seed=seed)
     work = WORK[plant.model](rig)
     work.begin()
     for _ in range(learning):
@@ -467,17 +472,22 @@ def tried(
     return before, rig.differences()[len(before) :]
 
 
+def verdict(plant: Plant, before: list[Finding], found: list[Finding]) -> str:
+    if before:
+        return f"FALSE     {before[0].line()[25:]}"
+    named = [finding for finding in found if finding.kind in plant.kinds]
+    words = "; ".join(finding.line()[25:] for finding in named[:1] or found) or "nothing"
+    return f"{'found' if named else 'NOT FOUND':9} {words}"
+
+
 def plants(seed: int, only: str) -> bool:
     """Plant each sign of wear; print what was found."""
     chosen = [plant for plant in PLANTS if only in f"{plant.model} {plant.name}"]
     good = 0
     for plant in chosen:
-        before, found = tried(plant, seed)
-        named = [finding for finding in found if finding.kind in plant.kinds]
-        good += bool(named and not before)
-        words = named[0].line()[25:] if named else "; ".join(finding.line()[25:] for finding in found) or "nothing"
-        verdict = "before it: " + before[0].line()[25:] if before else "found" if named else "NOT FOUND"
-        print(f"{plant.model:10} {plant.name:36} {verdict:9} {words}", flush=True)
+        words = verdict(plant, *tried(plant, seed))
+        good += words.startswith("found")
+        print(f"{plant.model:10} {plant.name:36} {words}", flush=True)
     print(f"{good} of {len(chosen)} found within three occurrences (goal: {GOAL} of {OF})")
     return good * OF >= GOAL * len(chosen)
 
@@ -673,7 +683,7 @@ def long(days: int, per_minute: int = 100) -> bool:
 
 def main() -> int:
     parser = argparse.ArgumentParser()
-    parser.add_argument("what", nargs="?", choices=("plants", "quiet", "long"), default="plants")
+    parser.add_argument("what", nargs="?", choices=("plants", "quiet", "long", "ports", "hosts"), default="plants")
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--only", default="")
     parser.add_argument("--days", type=int, default=30)
@@ -683,6 +693,14 @@ def main() -> int:
         return 0 if quiet(given.hours, given.seed, given.only) else 1
     if given.what == "long":
         return 0 if long(given.days) else 1
+    if given.what == "ports":
+        import shadow_ports
+
+        return 0 if shadow_ports.ports(given.seed, given.only) else 1
+    if given.what == "hosts":
+        import shadow_hosts
+
+        return 0 if shadow_hosts.hosts(given.only) else 1
     return 0 if plants(given.seed, given.only) else 1
 
 

@@ -2,6 +2,7 @@
 
 import asyncio
 from collections.abc import Callable
+from contextlib import AbstractAsyncContextManager, nullcontext
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -11,7 +12,7 @@ from axistwin.bench import Controller
 from axistwin.core.units import to_ns
 from axistwin.links.pacing import Pacer
 from axistwin.links.server import Server
-from axistwin.links.urls import parse
+from axistwin.links.urls import PortUrl, parse
 
 from .interpreter import run_basic
 from .listings import runnable, source
@@ -71,11 +72,13 @@ def perform(
     link: str = "tcp",
     speed: float = 40,
     prepare: Callable[[Bench], object] = lambda bench: None,
+    through: Callable[[PortUrl], AbstractAsyncContextManager[PortUrl]] = nullcontext,
     **added: Any,
 ) -> Session:
     """Run a sample program to its end, with a controller that was switched on before.
 
-    `added` puts the controller on the bench; `prepare` is called when the controller listens.  The last characters of
+    `added` puts the controller on the bench; `prepare` is called when the controller listens; `through` returns the
+    port of what is between the program and the controller.  The last characters of
     the program are transmitted before the return.
     """
     bench = Bench()
@@ -83,19 +86,20 @@ def perform(
     bench.run(POWER_UP_S)
     session.listen()
     prepare(bench)
-    session.screen = asyncio.run(_serve(bench, session.controller.name, link, speed, program, directory))
+    session.screen = asyncio.run(_serve(bench, session.controller.name, link, speed, program, directory, through))
     assert bench.run_until(lambda: session.controller.serial.pending == 0, timeout=10)
     return session
 
 
-async def _serve(bench: Bench, name: str, link: str, speed: float, program: int, directory: Path) -> str:
+async def _serve(bench: Bench, name: str, link: str, speed: float, program: int, directory: Path, through: Any) -> str:
     server = Server(bench, speed=speed)
     try:
         port = await server.open(name, parse("pty:" if link == "pty" else f"{link}://127.0.0.1:0"))
         server.start()
-        com1 = f"{COM1[link]}:{port.path if link == 'pty' else port.address}"
-        # The interpreter lingers after hanging up, so when it has ended the loop has received everything.
-        return await run_basic(source(runnable(program)), com1, KEYS, lambda: _read(bench, server.pacer), directory)
+        async with through(port) as port:
+            com1 = f"{COM1[link]}:{port.path if link == 'pty' else port.address}"
+            # The interpreter lingers after hanging up, so when it has ended the loop has received everything.
+            return await run_basic(source(runnable(program)), com1, KEYS, lambda: _read(bench, server.pacer), directory)
     finally:
         server.close()
         await asyncio.sleep(0)  # connections are closed in the next turn of the loop

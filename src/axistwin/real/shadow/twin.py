@@ -27,8 +27,9 @@ class Twin:
         self._host = product.attend(controller.bus) if product.attend is not None else None
         if self._host is not None:
             self._host.subscribe_received(self._receive)
+            self.detach: Callable[[], object] = self._host.close  # Leaves what the controller sends to others.
         else:
-            controller.serial.subscribe_received(lambda *_: self._receive(controller.serial.read()))
+            self.detach = controller.serial.subscribe_received(lambda *_: self._receive(controller.serial.read()))
         self._trajectory = controller.registers.get("RBt")  # Of a servo: 1 while its trajectory is in progress.
 
     @property
