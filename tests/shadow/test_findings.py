@@ -51,11 +51,28 @@ def ready(**settings):
     return rig
 
 
-def test_echoed_characters_that_come_slowly_are_one_message():
-    rig = campaign.Rig("if1")
+def echoing(**settings):
+    rig = campaign.Rig("if1", **settings)
     rig.ask(b"(")
     rig.say(b"U62\r")
     rig.run(1.3)
+    return rig
+
+
+def test_a_twin_that_is_stopped_with_its_machine_echoes_nothing_of_its_own():
+    rig = echoing(jitter_ns=0)
+    rig.say(b"X9000$\r")
+    rig.run(0.5)
+    rig.machine.private(b"#\r", seconds=1)
+    for _ in range(3):
+        rig.ask(b"E\r")
+        rig.run(0.2)
+    rig.run(6)
+    assert [finding.line() for finding in rig.differences()] == []
+
+
+def test_echoed_characters_that_come_slowly_are_one_message():
+    rig = echoing()
     for gap_ms in range(50, 70):  # 60 ms of silence end an answer.
         rig.say(b"E")
         rig.run(gap_ms / 1000)
@@ -168,12 +185,12 @@ def test_a_lost_character_of_a_request_is_a_missing_answer():
     assert [finding.text for finding in rig.differences()] == ["E is not answered"]
 
 
-def test_a_machine_that_is_off_is_no_finding():
+def test_a_machine_that_is_off_at_night_is_no_finding():
     rig = ready()
     rig.controller.power(False)
     for _ in range(5):
         assert rig.ask(b"E\r") == b""
-        rig.run(2)
+        rig.run(3600)
     rig.controller.power(True)
     rig.run(2)
     assert rig.ask(b"(") == b"U\r"

@@ -43,6 +43,10 @@ class Dialect(ABC):
         self.twin = twin
         self.machine_positions = False  # True while a person or another machine moves the axes.
 
+    def halt(self) -> None:
+        """End the twin's motion."""
+        self.twin.write(self.stop)
+
     def show(self, data: bytes) -> str:
         """Return an answer for users."""
         return repr(data[:40])[2:-1]

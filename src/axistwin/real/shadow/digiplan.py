@@ -36,7 +36,6 @@ class Digiplan(Dialect):
     """E, K, Q and N change with the motion; I, K and F also say what only the machine knows."""
 
     needs_joining = True
-    stop = b"#\r"
     causes = ("K", "Q", "F")
 
     def __init__(self, twin: Twin) -> None:
@@ -109,9 +108,17 @@ class Digiplan(Dialect):
         self._read_status()
         return [Taken("the machine has no fault any more", "clear")]
 
+    @property
+    def _interface(self) -> Any:
+        return self.twin.controller._device._interface  # type: ignore[attr-defined]
+
+    def halt(self) -> None:
+        """Cancel beside the line, where # would be echoed, and would end what the host is just sending."""
+        self._interface.work.cancel()
+
     def _read_status(self) -> None:
         """Clear the twin's fault bits, as the requests K and F would, which the host has made already."""
-        interface: Any = self.twin.controller._device._interface  # type: ignore[attr-defined]
+        interface = self._interface
         interface.faults.motion_has_been_read(interface.locked)
         interface.faults.line = LineFault.NONE
 

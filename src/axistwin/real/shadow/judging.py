@@ -252,7 +252,7 @@ class Judge:
         self._halted = axis, direction, twin.position(axis)
         self._halted_ns, self._excused = machine.time_ns, True
         words = f"the motion ends {twin.left_ns / S:.1f} s before the twin's"
-        twin.write(self._dialect.stop)
+        self._dialect.halt()
         self._moves.excuse()
         if self._suspect is None and machine.time_ns - self._fault_ns > SUSPECT_NS:
             self._suspect = Suspect(machine.time_ns + SUSPECT_NS, command, Kind.DURATION, words)
