@@ -4,6 +4,7 @@ import io
 import json
 import os
 import threading
+from pathlib import Path
 
 import pytest
 
@@ -234,6 +235,19 @@ def test_a_full_disk_is_told_once(tmp_path):
         log.add("note")
     log.save(Learned())
     assert len(told) == 1 and "cannot be written" in told[0]
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="a device that is always full")
+def test_the_log_goes_on_when_the_disk_has_room_again(tmp_path):
+    told, path = [], tmp_path / "table.jsonl"
+    path.symlink_to("/dev/full")
+    log = Log(path, told.append)
+    for number in range(4):
+        if number == 3:
+            path.unlink()
+        log.add("note", number=number)
+    assert len(told) == 1 and "no space left" in told[0]
+    assert json.loads(path.read_text())["number"] == 3
 
 
 def test_a_restart_goes_on_with_what_was_learnt(tmp_path):
