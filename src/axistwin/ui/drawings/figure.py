@@ -44,7 +44,7 @@ def error_rows(axis: Axis) -> list[str]:
     if isinstance(axis, ServoAxis):
         return [readout("behind", "Following error", of), readout("temperature", "Motor", "°C")]
     encoder = [readout("encoder", "Encoder", "counts")] if axis.encoder_count is not None else []
-    return [readout("behind", "Lost", of, "unused"), *encoder]
+    return [*encoder, readout("behind", "Lost", of, "unused")]  # Last, because a slide keeps its place while it is 0.
 
 
 def motion_rows(axis: Axis) -> list[str]:
