@@ -4,6 +4,7 @@ import pytest
 
 from axistwin.core.units import MS
 from axistwin.real.shadow.findings import Kind
+from axistwin.real.shadow.shadow import EARLY_NS
 
 from ..devices.conftest import names  # noqa: F401  # a fixture
 from .campaign import campaign
@@ -217,6 +218,18 @@ def test_what_is_sent_while_the_port_is_away_is_no_finding():
     rig.run(3)
     assert rig.differences() == []
     assert [note.text for note in rig.found] == [f"the port of the machine is {words}" for words in ("away", "back")]
+
+
+def test_an_answer_that_is_seen_before_its_request():
+    rig = ready()
+    rig.shadow.early_ns = EARLY_NS
+    at_ns = rig.now + 100 * MS
+    for request, answer in ((b"E\r", b"C\r"), (b"N\r", b"0\r"), (b"I\r", b"200\r")):
+        rig.shadow.machine(at_ns, answer)  # Each adapter has a delay of its own.
+        rig.shadow.host(at_ns + 16 * MS, request)
+        at_ns += 100 * MS
+    rig.shadow.tick(at_ns + 3000 * MS)
+    assert rig.found == [] and rig.shadow.pairs == 4
 
 
 def test_times_of_a_late_relay_are_not_judged():

@@ -92,7 +92,7 @@ def shadow(
         "model": made, "scene": None if scene is None else str(scene), "options": options, "line": line,
         "devices": texts_of([made]), "tolerance_ms": tolerance,
         "log": None if log_file is None else str(log_file), "json": as_json,
-        "panel": None if panel is None else _panel(panel),
+        "panel": None if panel is None else _panel(panel), "listens": bool(listen),
     }  # fmt: skip
     return asyncio.run(_run(real, made, ports, listen, fmt, settings, duration, ask))
 

@@ -16,7 +16,7 @@ from axistwin.core.units import MS, S
 from axistwin.real.shadow.feed import Record, What, records
 from axistwin.real.shadow.findings import TOLERANCE_NS, Finding, Kind
 from axistwin.real.shadow.log import Log
-from axistwin.real.shadow.shadow import Shadow
+from axistwin.real.shadow.shadow import EARLY_NS, Shadow
 from axistwin.real.shadow.summary import as_dict, lines
 from axistwin.real.shadow.twin import Twin, endpoint
 
@@ -37,6 +37,7 @@ class Observer:
             Twin(bench, endpoint(bench)), self._tell, self._log.learned(),
             tolerance_ns=TOLERANCE_NS if tolerance_ms is None else round(tolerance_ms * MS), timed=self._log.timed,
         )  # fmt: skip
+        self.shadow.early_ns = EARLY_NS if settings.get("listens") else 0
         self._as_json = bool(settings["json"])
         self._bus = _bus_talk(self) if self.shadow.twin.on_bus else None
         self.now_ns = self.since_ns = 0

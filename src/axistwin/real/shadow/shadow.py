@@ -26,6 +26,7 @@ UNHEARD_NS = 300 * MS
 BOOT_S = 2.0
 REMEMBERED_NS = 3 * S
 MOST_HOST = 4096
+EARLY_NS = 50 * MS  # Time by which an answer may be seen before its request, if that comes through another adapter.
 STEER = 0.1  # Part of the lateness of an unasked message by which the twin's time follows the machine's.
 TICK_NS = 1 * S
 
@@ -58,6 +59,8 @@ class Shadow:
         self._ahead_ns: int | None = None  # The twin's time minus the time of the arguments.
         self._doubts: deque[Doubt] = deque(maxlen=256)
         self._host: deque[tuple[int, bytes]] = deque(maxlen=256)
+        self.early_ns = 0
+        self._early: deque[tuple[int, bytes]] = deque(maxlen=256)
         self._missed: list[Answer] = []
         self._awake_ns = 0
         self.following = not self.dialect.needs_joining
@@ -84,6 +87,7 @@ class Shadow:
         self._host.append((time_ns, data[:MOST_HOST]))
         if self.following:
             self._follow(time_ns, data)
+            self._hear_early(time_ns)
 
     def port(self, time_ns: int, *, away: bool) -> None:
         """The port of the machine is away, or back: between them nothing reaches the machine."""
@@ -149,6 +153,7 @@ class Shadow:
     def _look(self, now_ns: int) -> None:
         self._machine.catch_up(now_ns)
         self._ours.catch_up(now_ns)
+        self._hear_early(now_ns)
         self._pairing.pair(now_ns)
         for doubt in [doubt for doubt in self._doubts if doubt.due_ns <= now_ns]:
             self._doubts.remove(doubt)
@@ -167,6 +172,18 @@ class Shadow:
     # Answers
 
     def _machine_says(self, time_ns: int, data: bytes) -> None:
+        self._early.append((time_ns, data))
+        self._hear_early(time_ns)
+
+    def _hear_early(self, now_ns: int) -> None:
+        while self._early and (self._expects or now_ns - self._early[0][0] >= self.early_ns):
+            self._hear(*self._early.popleft())
+
+    @property
+    def _expects(self) -> bool:
+        return bool(self._pairing.machine.owed) or self._joined_by_echo or not self.following
+
+    def _hear(self, time_ns: int, data: bytes) -> None:
         host = b"".join(said for when, said in self._host if time_ns - when < REMEMBERED_NS)
         last = next(reversed(host.splitlines(keepends=True)), b"")
         if self._joined_by_echo:
@@ -247,6 +264,7 @@ class Shadow:
 
     def _forget(self) -> None:
         self._pairing.clear()
+        self._early.clear()
         self._joined_by_echo = False
         self._doubts.clear()
         self.dialect.clear()
