@@ -203,6 +203,20 @@ def test_a_machine_that_is_off_at_night_is_no_finding():
     assert [note.subject for note in rig.found] == ["silent", "back"]
 
 
+def test_a_fault_that_nobody_has_read_before_the_beginning_is_no_finding():
+    rig = campaign.Rig("if1", jitter_ns=0)
+    rig.machine.private(b"(", b"U61\r", b"IN\r", seconds=1.3)
+    assert (rig.ask(b"E\r"), rig.ask(b"K\r"), rig.ask(b"F\r")) == (b"F\r", b"128\r", b"8\r")
+    rig.say(b"IN\r")
+    assert (rig.ask(b"K\r"), rig.ask(b"F\r"), rig.ask(b"F\r")) == (b"128\r", b"8\r", b"0\r")
+    rig.run(3)
+    assert rig.differences() == []
+    rig.to_host = lambda data: data.replace(b"0", b"1")
+    rig.ask(b"F\r")
+    rig.run(3)
+    assert [finding.kind for finding in rig.differences()] == [Kind.FAULT]
+
+
 def test_what_is_sent_while_the_port_is_away_is_no_finding():
     rig = ready()
     rig.to_machine = lambda data: b""

@@ -37,6 +37,7 @@ class Dialect(ABC):
     terminators = b"\r\n"
     stop = b""  # Command that ends a motion at once, without an answer.
     causes: tuple[str, ...] = ()  # Requests that tell the cause of an unexplained answer.
+    unread: tuple[str, ...] = ()  # Subjects of faults that stay until the host reads them.
     needs_joining = False  # True if a twin must be told how to answer before the first request.
 
     def __init__(self, twin: Twin) -> None:

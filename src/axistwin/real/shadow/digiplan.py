@@ -37,6 +37,7 @@ class Digiplan(Dialect):
 
     needs_joining = True
     causes = ("K", "Q", "F")
+    unread = ("F",)
 
     def __init__(self, twin: Twin) -> None:
         super().__init__(twin)

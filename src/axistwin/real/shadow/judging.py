@@ -315,7 +315,9 @@ class Judge:
             self._excused = True
             if "limit" not in taken.subject:
                 self._unlearn()
-        if taken.fault:
+        if taken.fault and taken.subject in self._dialect.unread and self.unsettled and command.name not in self._known:
+            self._note(taken.subject, f"{taken.text} from before", machine.time_ns)
+        elif taken.fault:
             if machine.time_ns - self._fault_ns > SUSPECT_NS or taken.subject == command.name:
                 self._add(Kind.FAULT, command, taken.subject, taken.text, machine.time_ns)
             self._fault_ns = machine.time_ns
