@@ -76,6 +76,17 @@ class WiredRig(campaign.Rig):
             return opened
 
         self._end = open_end(str(self._near.run(begin())), line)
+        self._settle()
+
+    def _settle(self) -> None:
+        """Wait until what the opening of the ports has caused is over: settings, and emptied buffers."""
+        before, now = (-1, -1), (0, 0)
+        while before != now:
+            for _ in range(10):
+                self._near.do(lambda: None)
+            if self._relay._latest is not None:
+                self._relay._latest.result(PATIENCE_S)
+            before, now = now, (self._relay._done, self._far.run(self._pacer.receive_all()))
 
     def say(self, data: bytes) -> None:
         self._late_ns = self._random.randrange(self._jitter_ns + 1)
