@@ -164,6 +164,23 @@ def test_a_speed_from_before_the_beginning_is_learnt(before, worn, percent):
     assert any(percent in finding.text for finding in rig.differences()), rig.differences()
 
 
+def test_a_motor_that_has_its_acceleration_from_before_the_beginning():
+    rig = campaign.Rig("smartmotor", jitter_ns=0)
+    rig.machine.private(b"ZS A=100 V=200000 MP ", seconds=0.3)
+    for number in range(10):
+        rig.say(b"P=0 G " if number % 2 else b"P=4000 G ")
+        rig.run(0.05)
+        while rig.ask(b"RBt ") != b"0\r":
+            rig.ask(b"RP ")
+            rig.run(0.05)
+        rig.run(0.2)
+        rig.ask(b"RP ")
+        rig.ask(b"RW ")
+    rig.run(10)
+    assert rig.differences() == []
+    assert any("settings from before" in note.text for note in rig.found)
+
+
 def test_a_host_that_never_asks_whether_the_motor_rests():
     rig = campaign.Rig("if1", jitter_ns=0)
     rig.machine.private(b"(", b"U61\r", b"@4000\r", seconds=1.3)

@@ -69,6 +69,7 @@ class Judge:
         self._begun = True
         self._excused = False  # True if a person or a switch has ended the present motion.
         self._twin_private = False
+        self._unlike = False  # True if the machine's first moves have ended before the twin's.
 
     def forget(self) -> None:
         """The machine's state is new: nothing is known of it."""
@@ -76,7 +77,7 @@ class Judge:
         self._accepted.clear()
         self._offsets.clear()
         self._positions.clear()
-        self._suspect, self._at_limit = None, False
+        self._suspect, self._at_limit, self._unlike = None, False, False
         self._unlearn()
 
     def _unlearn(self) -> None:
@@ -195,7 +196,8 @@ class Judge:
     @property
     def unsettled(self) -> bool:
         """True while the machine may have settings from before the twin's beginning, which no answer shows."""
-        return self._dialect.needs_joining and not self._moves.trusted
+        unlike = self._unlike and not self._moves.cleared_ns
+        return unlike or (self._dialect.needs_joining and not self._moves.trusted)
 
     def hurry(self, now_ns: int) -> None:
         """The machine's settings let it arrive earlier: end the twin's move."""
@@ -254,7 +256,10 @@ class Judge:
         words = f"the motion ends {twin.left_ns / S:.1f} s before the twin's"
         self._dialect.halt()
         self._moves.excuse()
-        if self._suspect is None and machine.time_ns - self._fault_ns > SUSPECT_NS:
+        if not (self._moves.trusted or self._moves.cleared_ns):
+            self._unlike = True
+            self._note("settings", f"{words}, as it may have settings from before", machine.time_ns)
+        elif self._suspect is None and machine.time_ns - self._fault_ns > SUSPECT_NS:
             self._suspect = Suspect(machine.time_ns + SUSPECT_NS, command, Kind.DURATION, words)
 
     def _fixed(self, command: Command, machine: Answer, twin: Answer) -> None:

@@ -269,7 +269,7 @@ class Shadow:
         self._doubts.clear()
         self.dialect.clear()
         self._ours.clear()
-        self.moves.now = None
+        self.moves.now, self.moves.cleared_ns = None, 0
         self.judge.forget()
 
     def _join(self, time_ns: int, host: bytes, data: bytes) -> None:
