@@ -143,6 +143,7 @@ def test_the_port_of_the_panel_is_in_use():
         (("/dev/null", "--model", "if1", "--option", "nonsense=1"), "has no option 'nonsense'"),
         (("/dev/null", "--model", "if1", "--log", "no/where.jsonl"), "there is no directory no"),
         (("socket://127.0.0.1:1", "--model", "if1"), "cannot open socket://127.0.0.1:1"),
+        (("tcp://127.0.0.1:99999", "--model", "if1"), "(no port number): expected a port, e.g. socket"),
         (("bus://127.0.0.1:1", "--model", "1811"), "cannot open bus://127.0.0.1:1"),
         (("bus://127.0.0.1:1", "--model", "1811", "--port", "tcp://127.0.0.1:0"), "expected e.g. bus://127.0.0.1:1812"),
         (("--listen", "/dev/none1", "/dev/none2", "--model", "if1", "--ask"), "--listen only receives"),

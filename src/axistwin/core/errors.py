@@ -69,7 +69,7 @@ def cannot_open(port: object, error: Exception) -> str:
     """Return the message, with the remedy, about a port that a host or a server cannot open."""
     known, words = isinstance(error.__context__ or error, OSError), reason(error)
     if words == str(error) or not known:
-        words = "no port number" if isinstance(error.__context__, TypeError) else words
+        words = "no port number" if isinstance(error.__context__, TypeError | KeyError) else words
         remedy = "expected a port, e.g. socket://127.0.0.1:5001"
     elif "://" in f"{port}".removeprefix("serial://"):
         remedy = "start the server, and check the address"

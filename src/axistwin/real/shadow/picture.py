@@ -6,7 +6,7 @@ from datetime import datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from axistwin.core.errors import UsageError
+from axistwin.core.errors import UsageError, reason
 from axistwin.core.units import MS
 from axistwin.real.shadow.findings import TOLERANCE_NS
 from axistwin.records.plots.picture import ALARM, COLOURS, INK, PALE, check_suffix, write_figure
@@ -103,7 +103,7 @@ def _lines(log: Path) -> Any:
     try:
         text = log.read_text("utf-8")
     except (OSError, UnicodeDecodeError) as error:
-        raise UsageError(f"{log} cannot be read: {error}") from None
+        raise UsageError(f"the log {log} cannot be read: {reason(error)}") from None
     for number, line in enumerate(text.splitlines(), 1):
         try:
             found = json.loads(line)
