@@ -27,7 +27,7 @@ from axistwin.links.server import Server
 from axistwin.links.urls import PortUrl, parse
 from axistwin.real.hosts.real_time import COMMAND_READY, INPUT_READY, MESSAGE_READY, MESSAGE_TAKEN, open_end
 from axistwin.real.shadow.bus_relay import BusRelay
-from axistwin.real.shadow.compumotor import BusTalk
+from axistwin.real.shadow.dialects.compumotor import BusTalk
 from axistwin.sim.serial_port import Flow
 
 PATIENCE_S = 60.0

@@ -4,8 +4,8 @@ import pytest
 
 from axistwin.bench import Bench
 from axistwin.devices import load
-from axistwin.real.shadow.devices import Table
-from axistwin.real.shadow.dialects import Reading
+from axistwin.real.shadow.dialects.devices import Table
+from axistwin.real.shadow.dialects.dialect import Reading
 from axistwin.real.shadow.twin import Twin
 
 from ..devices.conftest import names  # noqa: F401  # a fixture

@@ -11,15 +11,15 @@ import pytest
 from axistwin.bench import Bench
 from axistwin.core.units import MS, S
 from axistwin.real.hosts.virtual_time import VirtualEnd
-from axistwin.real.shadow.compumotor import BusTalk
-from axistwin.real.shadow.dialects import Reading
+from axistwin.real.shadow.dialects.compumotor import BusTalk
+from axistwin.real.shadow.dialects.dialect import Reading
+from axistwin.real.shadow.dialects.smartmotor import SmartMotor
 from axistwin.real.shadow.feed import Feed, Record, What, records
 from axistwin.real.shadow.findings import MOST, Findings, Kind
 from axistwin.real.shadow.learning import MOST_KINDS, Learned, Usual
 from axistwin.real.shadow.log import MOST_BYTES, Log
 from axistwin.real.shadow.moves import Timed
 from axistwin.real.shadow.pairing import Pairing
-from axistwin.real.shadow.smartmotor import SmartMotor
 from axistwin.real.shadow.talk import Command, Messages
 from axistwin.real.shadow.twin import Twin
 

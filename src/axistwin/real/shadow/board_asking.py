@@ -7,7 +7,7 @@ from collections.abc import Callable
 
 from axistwin.controllers.compumotor.registers import Control, Status
 from axistwin.real.shadow.asking import PATIENCE_S, Question
-from axistwin.real.shadow.compumotor import MESSAGE
+from axistwin.real.shadow.dialects.compumotor import MESSAGE
 
 POLL_S = 0.002
 NOBODY = 0xFF  # Status byte while no board drives the bus.

@@ -4,7 +4,7 @@ from collections import deque
 from typing import NamedTuple
 
 from axistwin.core.units import MS, S
-from axistwin.real.shadow.dialects import Dialect, Reading, Taken
+from axistwin.real.shadow.dialects.dialect import Dialect, Reading, Taken
 from axistwin.real.shadow.findings import Findings, Kind
 from axistwin.real.shadow.learning import Learned
 from axistwin.real.shadow.moves import Moves

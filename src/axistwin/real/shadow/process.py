@@ -133,7 +133,7 @@ FAR, HISTORY = 1 << 40, 50
 
 
 def _bus_talk(observer: Observer) -> Any:
-    from axistwin.real.shadow.compumotor import BusTalk
+    from axistwin.real.shadow.dialects.compumotor import BusTalk
 
     return BusTalk(observer.command, observer.message, observer.absent)
 

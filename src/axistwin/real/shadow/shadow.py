@@ -10,7 +10,7 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 from axistwin.core.units import MS, S
-from axistwin.real.shadow.dialects import dialect_for
+from axistwin.real.shadow.dialects.dialect import dialect_for
 from axistwin.real.shadow.findings import TOLERANCE_NS, Finding, Findings, Kind
 from axistwin.real.shadow.judging import HELD_NS, Judge
 from axistwin.real.shadow.learning import Learned

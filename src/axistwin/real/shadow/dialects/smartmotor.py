@@ -5,7 +5,7 @@ from functools import lru_cache
 
 from axistwin.controllers.smartmotor.language.language import read as parse
 from axistwin.real.probing.smartmotor.still import report
-from axistwin.real.shadow.dialects import Dialect, Reading, Taken, number
+from axistwin.real.shadow.dialects.dialect import Dialect, Reading, Taken, number
 from axistwin.real.shadow.talk import Command, Words
 from axistwin.real.shadow.twin import Twin
 

@@ -105,17 +105,17 @@ def number(data: bytes) -> int | None:
 def dialect_for(twin: Twin) -> Dialect:
     family = twin.controller.product.family
     if family == "digiplan":
-        from axistwin.real.shadow.digiplan import Digiplan
+        from axistwin.real.shadow.dialects.digiplan import Digiplan
 
         return Digiplan(twin)
     if family == "compumotor":
-        from axistwin.real.shadow.compumotor import Compumotor
+        from axistwin.real.shadow.dialects.compumotor import Compumotor
 
         return Compumotor(twin)
     if family == "smartmotor":
-        from axistwin.real.shadow.smartmotor import SmartMotor
+        from axistwin.real.shadow.dialects.smartmotor import SmartMotor
 
         return SmartMotor(twin)
-    from axistwin.real.shadow.devices import Table
+    from axistwin.real.shadow.dialects.devices import Table
 
     return Table(twin)

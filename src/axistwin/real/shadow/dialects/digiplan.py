@@ -8,7 +8,7 @@ from axistwin.controllers.digiplan.chapters.faults import INPUT_BITS, LIMITS, Li
 from axistwin.controllers.digiplan.commands import COMMANDS
 from axistwin.controllers.digiplan.language import Accept
 from axistwin.core.units import MS
-from axistwin.real.shadow.dialects import Dialect, Reading, Taken, number
+from axistwin.real.shadow.dialects.dialect import Dialect, Reading, Taken, number
 from axistwin.real.shadow.talk import Command, Words
 from axistwin.real.shadow.twin import Twin
 

@@ -5,7 +5,7 @@ from collections.abc import Callable, Iterator
 
 from axistwin.controllers.compumotor.commands import COMMANDS_1811
 from axistwin.controllers.compumotor.registers import Control
-from axistwin.real.shadow.dialects import Dialect, Reading, Taken
+from axistwin.real.shadow.dialects.dialect import Dialect, Reading, Taken
 from axistwin.real.shadow.talk import Command
 from axistwin.real.shadow.twin import Twin
 

@@ -9,7 +9,7 @@ from axistwin.devices.framing import Datagrams, Framing, Port, Request
 from axistwin.devices.making import Hardware, address_of
 from axistwin.devices.table import collected
 from axistwin.drivers.text import TextDriver, core_of_device
-from axistwin.real.shadow.dialects import Dialect, Reading
+from axistwin.real.shadow.dialects.dialect import Dialect, Reading
 from axistwin.real.shadow.talk import Command
 from axistwin.real.shadow.twin import Twin
 from axistwin.sim.frames import SOUND
