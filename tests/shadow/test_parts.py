@@ -283,8 +283,10 @@ def test_a_log_that_cannot_be_drawn(tmp_path):
 @pytest.mark.parametrize("attend", [Twin, lambda bench, name: VirtualEnd(bench, bench[name])])
 def test_who_listens_to_a_port_for_weeks_leaves_nothing_unread_in_it(bench, attend):
     serial = bench.add("if1").serial
-    _listener = attend(bench, "if1")
+    listener = attend(bench, "if1")
     bench.run(1.1)
     serial.write(b"(")
     bench.run(0.1)
+    if isinstance(listener, VirtualEnd):
+        assert listener.receive() == b"U\r"
     assert serial.read() == b""

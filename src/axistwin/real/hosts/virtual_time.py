@@ -26,7 +26,7 @@ class VirtualEnd(End):
             # A board on a bus answers at once, but a SmartMotor answers at the end of a sample period.
             self.grain_s = self._BUS_GRAIN_S
         else:
-            controller.serial.subscribe_received(lambda *_: self._messages.extend(controller.serial.read()))
+            controller.serial.subscribe_received(lambda byte, _: self._messages.append(byte))
             self.frame_s = controller.serial.host.format.frame_ns / S
 
     def set_line(self, line: UartFormat) -> None:
@@ -75,6 +75,8 @@ class VirtualEnd(End):
     def _taken(self) -> bytes:
         data = bytes(self._messages)
         self._messages.clear()
+        if self.has_line:
+            self.controller.serial.read()  # else the port would keep all that it has ever received
         return data
 
     def close(self) -> None:
