@@ -142,7 +142,7 @@ def _acts(context: Context) -> Refresh:
 def _planned(context: Context) -> Refresh:
     conditions = context.common(Conditions)
     at_s: float | None = None
-    with ui.element("div").classes("planned-box"):
+    with ui.element("div").classes("planned-box") as box:
         text = ui.label().classes("quiet planned").mark("planned")
 
         def go() -> Awaitable[None] | None:
@@ -158,6 +158,8 @@ def _planned(context: Context) -> Refresh:
         plan = "" if planned is None or at_s is None else f"{planned[1]} at {figures(at_s)} s"
         text.text = "" if plan[1:] in told.next else "\nat ".join(plan.rsplit(" at ", 1))
         button.set_visibility(at_s is not None)
+        if at_s is not None:
+            box.classes("kept")  # Its width stays after the last plan, so that no button beside it moves.
 
     button.set_visibility(False)
     return refresh
