@@ -34,6 +34,7 @@ async def serve_while_basic_runs(program: int, directory: Path, *options: str) -
     return screen, server.returncode
 
 
+@pytest.mark.slow
 def test_sample_7_moves_the_axes_of_a_served_if1(tmp_path):
     """At full speed; the trace contains every pulse of X forth, Y forth, X back and Y back."""
     trace = tmp_path / "moves.csv"

@@ -117,6 +117,7 @@ def test_it_is_written_as_it_goes(tmp_path):
     assert said.startswith(b"U61\rE\r")  # in one piece or two, depending on TCP
 
 
+@pytest.mark.slow
 def test_control_lines_formats_and_breaks_are_passed_on_and_recorded(tmp_path):
     path = tmp_path / "lines.talk"
     arguments = ("--line", "1200 8N2", "--rfc2217", ":0", "-o", path)

@@ -13,6 +13,7 @@ from ..told import raises
 from .devices import answering, url_of
 
 
+@pytest.mark.slow
 @pytest.mark.filterwarnings("ignore:set:DeprecationWarning")  # pyserial
 @pytest.mark.parametrize("scheme", ["tcp", "rfc2217"])
 def test_asyncio(scheme):

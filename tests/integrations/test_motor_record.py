@@ -276,6 +276,7 @@ def test_axes_of_an_if1_move_one_after_the_other():
     run(session, model="if1", self_test_s=0.1)
 
 
+@pytest.mark.slow
 def test_a_limit_switch_a_fault_and_a_lost_position_are_alarms():
     async def session(lab):
         x, if1, core = lab.records["X"], lab.bench["if1"], lab.machine.stations[0].driver.core

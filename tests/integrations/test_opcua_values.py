@@ -44,6 +44,7 @@ def with_client(test, *models, speed=None, **options):
     return asyncio.run(run())
 
 
+@pytest.mark.slow
 def test_bad_values_are_refused_and_have_no_effect():
     async def refuse(client, machine):
         accepted = []

@@ -88,6 +88,7 @@ def test_it(host, axistwin_twin):
     assert "if1.led" in (tmp_path / trace).read_text()
 
 
+@pytest.mark.slow
 def test_a_page_for_each_test_with_its_verdict(run, tmp_path):
     code, told = run(
         """
