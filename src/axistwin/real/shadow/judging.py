@@ -239,13 +239,11 @@ class Judge:
             return
         if at_ns < self._moves.cleared_ns:
             return  # The end of a move that took longer than the twin's.
+        subject, words = f"{command.name} busy", f"{command.text}: the machine moves, the twin rests"
         if self._dialect.machine_positions or (not self._moves.trusted and command.name not in self._known):
-            self._note(command.name + " busy", f"{command.text}: the machine moves, the twin rests", machine.time_ns)
+            self._note(subject, words, machine.time_ns)
         else:
-            self._add(
-                Kind.ANSWER, command, f"{command.name} busy", f"{command.text}: the machine moves, the twin rests",
-                machine.time_ns,
-            )  # fmt: skip
+            self._add(Kind.ANSWER, command, subject, words, machine.time_ns)
 
     def _stop(self, command: Command, machine: Answer) -> None:
         """The machine rests long before the twin: stop it, too, and wait for the cause."""
@@ -337,10 +335,8 @@ class Judge:
             what = f"{abs(by)} character{'s' * (abs(by) > 1)} {'too many' if by > 0 else 'missing'}: {what}"
         short = len(machine.data) < 6 and not machine.data.strip().isdigit()
         subject = f"{command.name} {expected} {got}" if short else command.name
-        self._findings.add(
-            kind, subject, f"{command.text} {what}" if kind is Kind.ANSWER else f"{command.text}: {what}",
-            machine.time_ns, section=command.section, expected=expected, got=got,
-        )  # fmt: skip
+        words = f"{command.text} {what}" if kind is Kind.ANSWER else f"{command.text}: {what}"
+        self._add(kind, command, subject, words, machine.time_ns, expected, got)
 
     # Positions
 
