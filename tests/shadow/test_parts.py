@@ -3,6 +3,7 @@
 import io
 import json
 import os
+import select
 import threading
 from pathlib import Path
 
@@ -180,6 +181,15 @@ def test_the_relay_never_waits_for_a_twin_that_reads_nothing(monkeypatch):
         feed.close()
         reader.join(60)
     assert 0 < len(found) < 1000
+
+
+def test_a_twin_receives_its_settings_before_anything_is_relayed():
+    reading, writing = os.pipe()
+    with open(writing, "wb") as stream, open(reading, "rb") as end:
+        feed = Feed(stream, 0, b"{}\n")
+        assert select.select([end], [], [], 10)[0]
+        assert end.readline() == b"{}\n"
+        feed.close()
 
 
 def test_a_twin_that_has_ended_does_not_disturb_the_relay():

@@ -84,6 +84,7 @@ class Feed:
     def _write(self) -> None:
         try:
             self._stream.write(self._first)
+            self._stream.flush()
             while not (self._ended and self._waiting.empty()):
                 try:
                     record = self._waiting.get(timeout=0.05)
