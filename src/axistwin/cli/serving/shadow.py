@@ -211,7 +211,7 @@ async def _relay(
         for url in ports or (ANY_PORT,):
             await server.open(name, parse(url))
         server.start()
-        relay.relayed.subscribe(lambda by_host, data: supervisor.add(What.HOST if by_host else What.MACHINE, data))
+        relay.relayed.subscribe(supervisor.passed)
         relay.formats.subscribe(lambda new: supervisor.add(What.FORMAT, str(new).encode()))
         relay.start(server.pacer, lost)
         if ask:
@@ -227,7 +227,7 @@ def _ask(relay: Relay, made: Product, fmt: UartFormat, supervisor: Supervisor) -
     loop = asyncio.get_running_loop()
     asker = Asker(
         made, lambda data: relay.ask(data, lambda said: asker.received(loop.time(), said)), relay.release,
-        lambda by_host, data: supervisor.add(What.HOST if by_host else What.MACHINE, data),
+        supervisor.passed,
     )  # fmt: skip
     if not asker.questions:
         log.warning("--ask has no effect: the table of %s has no query without a parameter, nor a driver", made.model)
@@ -259,13 +259,10 @@ async def _reopen(relay: Relay, supervisor: Supervisor) -> None:
 async def _relay_bus(
     real: str, ports: tuple[str, ...], name: str, stack: ExitStack, ask: bool, supervisor: Supervisor
 ) -> None:  # fmt: skip
-    def tell(by_host: bool, data: bytes) -> None:
-        supervisor.add(What.HOST if by_host else What.MACHINE, data)
-
-    asker = BoardAsker(questions_of(product(name)), tell) if ask else None
+    asker = BoardAsker(questions_of(product(name)), supervisor.passed) if ask else None
     if asker is not None:
         supervisor.anew = asker.begin
-    relay = BusRelay(parse(real), tell, asker)
+    relay = BusRelay(parse(real), supervisor.passed, asker)
     stack.callback(relay.close)
     for text in ports or (ANY_BUS_PORT,):
         url = parse(text)

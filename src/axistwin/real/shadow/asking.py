@@ -118,7 +118,8 @@ class Asker:
     def passed(self, now_s: float, by_host: bool, data: bytes) -> None:
         """Note what has been passed on between host and machine."""
         if by_host:
-            self._said = (self._said + data)[-MOST_SAID:]
+            self._said += data
+            del self._said[:-MOST_SAID]
         self._silent &= by_host
         self._free_s = now_s + (UNANSWERED_S if by_host else max(SILENCE_S, CHARACTERS * self.character_s))
 
@@ -139,7 +140,7 @@ class Asker:
     @property
     def _line_ends(self) -> bool:
         """False after half a command, and within a program for a SmartMotor.  Half a datagram is lost in a silence."""
-        said = bytes(self._said)
+        said = self._said
         return not (said and self._ends) or (said[-1] & 0x7F in self._ends and said.rfind(LOADS) <= said.rfind(LOADED))
 
     def _ask(self, question: Question, now_s: float) -> None:

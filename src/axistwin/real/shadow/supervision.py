@@ -44,6 +44,10 @@ class Supervisor:
         if self._feed.add(what, data) or what is What.BACK:
             self.anew()
 
+    def passed(self, by_host: bool, data: bytes) -> None:
+        """Add what the host, or the machine, has sent."""
+        self.add(What.HOST if by_host else What.MACHINE, data)
+
     def say(self, words: str) -> None:
         """Print a line beside the findings; where only JSON is wanted, as a message."""
         print(words, file=sys.stderr if self._settings["json"] else sys.stdout, flush=True)
